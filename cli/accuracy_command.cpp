@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "cli/command_line.hpp"
+#include "cli/context.hpp"
 #include "core/config.hpp"
 #include "core/error.hpp"
 #include "eval/accuracy/accuracy.hpp"
@@ -14,7 +15,10 @@ namespace carillon::cli {
 namespace {
 
 /// @return the exit code, the same on every rank
-int run_accuracy(const eval::accuracy::AccuracyOptions& options, const mpi::Context& context) {
+int run_accuracy(eval::accuracy::AccuracyOptions options, const Context& context) {
+  options.cache = context.cache;
+  options.command = context.command;
+  options.quiet = context.quiet || context.json;
   std::string text;
   mpi::agreed(context.world, [&] {
     if (context.speaks()) text = core::read_text_file(options.config);
@@ -33,7 +37,7 @@ int run_accuracy(const eval::accuracy::AccuracyOptions& options, const mpi::Cont
     if (error) throw core::FileError(fmt::format("{}: {}", output.string(), error.message()));
   });
   const eval::accuracy::StudyFindings findings =
-      eval::accuracy::measure_accuracy(config, output, context);
+      eval::accuracy::measure_accuracy(config, output, options, context.world);
   const bool failed =
       mpi::broadcast(has_failed(findings) ? "failed" : "", 0, context.world) == "failed";
   const int exit_code = failed ? mpi::exit_failures : mpi::exit_done;
@@ -54,7 +58,7 @@ int run_accuracy(const eval::accuracy::AccuracyOptions& options, const mpi::Cont
 
 }  // namespace
 
-void add_accuracy(Program& program, mpi::Context& context) {
+void add_accuracy(Program& program, Context& context) {
   Command& command =
       program.add("accuracy", "the convergence study: seconds against pitch errors", Needs::solver);
   auto options = std::make_shared<eval::accuracy::AccuracyOptions>();

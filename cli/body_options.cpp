@@ -181,7 +181,7 @@ scene::BodyRequest body_request(const BodyOptions& options) {
   return request;
 }
 
-scene::Body solve_body(const BodyOptions& options, const mpi::Context& context) {
+scene::Body solve_body(const BodyOptions& options, const Context& context) {
   scene::BodyRequest request;
   mpi::agreed(context.world, [&] { request = body_request(options); });
   return scene::solve_body(request, context.world, context.cache);

@@ -3,7 +3,7 @@
 #include <optional>
 #include <string>
 
-#include "mpi/context.hpp"
+#include "cli/context.hpp"
 #include "scene/object.hpp"
 
 namespace carillon::cli {
@@ -53,7 +53,7 @@ scene::BodyRequest body_request(const BodyOptions& options);
 
 /// scene::solve_body() of what the options ask for.
 /// @note Collective on the context's world.
-scene::Body solve_body(const BodyOptions& options, const mpi::Context& context);
+scene::Body solve_body(const BodyOptions& options, const Context& context);
 
 /// Three numbers with units, "0.1,0,2 cm".
 /// @throws InputError

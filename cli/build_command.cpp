@@ -1,10 +1,11 @@
+#include "cli/build_options.hpp"
 #include "cli/command_line.hpp"
 #include "dataset/run/build.hpp"
 #include "dataset/sweep/run_sweep.hpp"
 
 namespace carillon::cli {
 
-void add_build(Program& program, mpi::Context& context) {
+void add_build(Program& program, Context& context) {
   Command& command = program.add(
       "build", "the dataset of a configuration; carries on where an earlier run stopped",
       Needs::solver);
@@ -25,9 +26,12 @@ void add_build(Program& program, mpi::Context& context) {
       "and "
       "a table");
   command.does([&context, options] {
-    const auto sweep = dataset::sweep::load_sweep(*options, context.world);
-    context.exit_code = sweep ? dataset::sweep::run_sweep(*sweep, *options, context)
-                              : dataset::run::run_build(*options, context);
+    const dataset::run::BuildOptions all = with_common(*options, context);
+    const auto sweep = dataset::sweep::load_sweep(all, context.world);
+    context.exit_code = sweep
+                            ? dataset::sweep::run_sweep(*sweep, all, context.world)
+                            : dataset::run::run_build(dataset::run::load_build(all, context.world),
+                                                      all, context.world);
   });
 }
 

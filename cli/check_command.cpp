@@ -41,30 +41,48 @@ dataset::check::Finding guarded(const std::string& name,
   }
 }
 
-/// This rank's share of what takes time: every so many files and shards.
-/// @return {files: [what is wrong], scans: [...], broken: [shards that cannot be read]}
-json fraction_of(const json& work, int rank, int size) {
-  const std::filesystem::path folder = work.at("folder").get<std::string>();
-  json result = {{"files", json::array()}, {"scans", json::array()}, {"broken", json::array()}};
+/// What takes time, for all ranks together.
+struct CheckWork {
+  std::string folder{};
+  std::vector<dataset::run::ListedFile> files{};
+  std::vector<std::string> shards{};
+};
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(CheckWork, folder, files, shards)
+
+/// What a rank found.
+struct CheckShare {
+  std::vector<std::string> wrong{};  ///< files that are not as listed, shards that cannot be read
+  std::vector<dataset::check::ValueScan> scans{};
+};
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(CheckShare, wrong, scans)
+
+/// As ranks send it to each other.
+std::string sent_text(const json& sent) {
+  return sent.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+/// This rank's share: every so many files and shards.
+CheckShare fraction_of(const CheckWork& work, int rank, int size) {
+  const std::filesystem::path folder = work.folder;
+  CheckShare fraction;
   const auto mine = [&](std::size_t i) {
     return i % static_cast<std::size_t>(size) == static_cast<std::size_t>(rank);
   };
-  const json &files = work.at("files"), &shards = work.at("shards");
-  for (std::size_t i = 0; i < files.size(); ++i) {
+  for (std::size_t i = 0; i < work.files.size(); ++i) {
     if (!mine(i)) continue;
-    const std::string name = files[i].at("path");
-    const std::string wrong = dataset::run::damage_of(folder / name, files[i]);
-    if (!wrong.empty()) result["files"].push_back(name + " " + wrong);
+    const dataset::run::ListedFile& file = work.files[i];
+    const std::string damage = dataset::run::damage_of(folder / file.path, file);
+    if (!damage.empty()) fraction.wrong.push_back(file.path + " " + damage);
   }
-  for (std::size_t i = 0; i < shards.size(); ++i) {
+  for (std::size_t i = 0; i < work.shards.size(); ++i) {
     if (!mine(i)) continue;
     try {
-      result["scans"].push_back(dataset::check::scan_values(folder / shards[i].get<std::string>()));
+      fraction.scans.push_back(dataset::check::scan_values(folder / work.shards[i]));
     } catch (const std::exception& error) {
-      result["broken"].push_back(error.what());
+      fraction.wrong.push_back(error.what());
     }
   }
-  return result;
+  return fraction;
 }
 
 dataset::check::Finding checksums(const dataset::check::DatasetFolder& folder,
@@ -72,9 +90,9 @@ dataset::check::Finding checksums(const dataset::check::DatasetFolder& folder,
   if (folder.listed.empty() && !folder.building) wrong.push_back("no file is listed");
   double bytes = 0;
   std::unordered_set<std::string> listed;
-  for (const json& file : folder.listed) {
-    bytes += file.at("bytes").get<double>();
-    listed.insert(file.at("path").get<std::string>());
+  for (const dataset::run::ListedFile& file : folder.listed) {
+    bytes += static_cast<double>(file.bytes);
+    listed.insert(file.path);
   }
   for (const std::size_t t : folder.present) {
     const std::string path = folder.path_of(t);
@@ -88,19 +106,28 @@ dataset::check::Finding checksums(const dataset::check::DatasetFolder& folder,
       "delete these files and run the build again into this folder: they are made again");
 }
 
-json report_json(const dataset::check::DatasetFolder& folder,
-                 const std::vector<dataset::check::Finding>& findings) {
+/// A dataset's findings, to a person or a program.
+void tell(const dataset::check::DatasetFolder& folder,
+          const std::vector<dataset::check::Finding>& findings, const core::Tell& tell) {
   json checks = json::array();
   for (const dataset::check::Finding& finding : findings)
     checks.push_back(dataset::check::to_json(finding));
   std::size_t samples = 0;
   for (const std::size_t t : folder.present) samples += folder.dataset.build.plan.tasks[t].count;
-  return {{"dataset", folder.dataset.folder.string()},         {"samples", samples},
-          {"shapes", folder.dataset.build.plan.shapes.size()}, {"building", folder.building},
-          {"passed", dataset::check::all_pass(findings)},      {"checks", checks}};
+  const std::string name = folder.dataset.folder.string();
+  const std::size_t shapes = folder.dataset.build.plan.shapes.size();
+  tell(fmt::format("{}: {} samples of {} shapes{}\n{}", name, samples, shapes,
+                   folder.building ? "; a build is writing to it" : "",
+                   dataset::check::findings_text(findings)),
+       json{{"dataset", name},
+            {"samples", samples},
+            {"shapes", shapes},
+            {"building", folder.building},
+            {"passed", dataset::check::all_pass(findings)},
+            {"checks", checks}});
 }
 
-void check_dataset(const CheckOptions& options, mpi::Context& context) {
+void check_dataset(const CheckOptions& options, Context& context) {
   dataset::check::DatasetFolder folder;
   std::vector<std::size_t> readable;
   std::vector<dataset::check::Finding> findings;
@@ -118,28 +145,26 @@ void check_dataset(const CheckOptions& options, mpi::Context& context) {
     findings.push_back(guarded("counts", [&] { return dataset::check::check_counts(folder); }));
     findings.push_back(
         guarded("schema", [&] { return dataset::check::check_schema(folder, readable); }));
-    json shards = json::array();
-    for (const std::size_t t : readable) shards.push_back(folder.path_of(t));
-    work = json{{"folder", options.dataset}, {"files", folder.listed}, {"shards", shards}}.dump(
-        -1, ' ', false, json::error_handler_t::replace);
+    CheckWork all{options.dataset, folder.listed};
+    for (const std::size_t t : readable) all.shards.push_back(folder.path_of(t));
+    work = sent_text(all);
   });
   work = mpi::broadcast(work, 0, context.world);
   std::string own;
   mpi::agreed(context.world, [&] {
-    own = fraction_of(json::parse(work), mpi::rank(context.world), mpi::size(context.world))
-              .dump(-1, ' ', false, json::error_handler_t::replace);
+    own = sent_text(fraction_of(json::parse(work).get<CheckWork>(), mpi::rank(context.world),
+                                mpi::size(context.world)));
   });
   const std::vector<std::string> fractions = mpi::all_gather(own, context.world);
   bool passed = false;
   mpi::agreed(context.world, [&] {
     if (!context.speaks()) return;
     std::vector<std::string> wrong;
-    std::vector<json> scans;
+    std::vector<dataset::check::ValueScan> scans;
     for (const std::string& text : fractions) {
-      const json fraction = json::parse(text);
-      for (const json& file : fraction.at("files")) wrong.push_back(file.get<std::string>());
-      for (const json& file : fraction.at("broken")) wrong.push_back(file.get<std::string>());
-      for (const json& scan : fraction.at("scans")) scans.push_back(scan);
+      const auto fraction = json::parse(text).get<CheckShare>();
+      wrong.insert(wrong.end(), fraction.wrong.begin(), fraction.wrong.end());
+      scans.insert(scans.end(), fraction.scans.begin(), fraction.scans.end());
     }
     std::sort(wrong.begin(), wrong.end());
     findings.push_back(checksums(folder, std::move(wrong)));
@@ -166,15 +191,7 @@ void check_dataset(const CheckOptions& options, mpi::Context& context) {
     findings.push_back(
         guarded("publication", [&] { return dataset::check::check_publication(folder); }));
     passed = dataset::check::all_pass(findings);
-    const json report = report_json(folder, findings);
-    if (context.json) {
-      fmt::print("{}\n", report.dump(2, ' ', false, json::error_handler_t::replace));
-      return;
-    }
-    fmt::print("{}: {} samples of {} shapes{}\n", options.dataset,
-               report.at("samples").get<std::size_t>(), report.at("shapes").get<std::size_t>(),
-               folder.building ? "; a build is writing to it" : "");
-    dataset::check::print(findings);
+    tell(folder, findings, teller(context));
   });
   passed = mpi::broadcast(passed ? "1" : "0", 0, context.world) == "1";
   context.exit_code = passed ? mpi::exit_done : mpi::exit_failures;
@@ -182,7 +199,7 @@ void check_dataset(const CheckOptions& options, mpi::Context& context) {
 
 }  // namespace
 
-void add_check(Program& program, mpi::Context& context) {
+void add_check(Program& program, Context& context) {
   Command& command = program.add(
       "check", "a dataset: checksums, columns, index, counts, values, leaks between parts",
       Needs::ranks);

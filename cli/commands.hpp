@@ -1,6 +1,6 @@
 #pragma once
 
-#include "mpi/context.hpp"
+#include "cli/context.hpp"
 
 namespace carillon::cli {
 
@@ -9,29 +9,29 @@ struct LearningCommands;
 
 /// Each adds one command to the program. A new command is one file, a line here and one in the list
 /// `commands` of run.cpp.
-using AddCommand = void (*)(Program& program, mpi::Context& context);
-void add_accuracy(Program& program, mpi::Context& context);
-void add_build(Program& program, mpi::Context& context);
-void add_check(Program& program, mpi::Context& context);
-void add_compare(Program& program, mpi::Context& context);
-void add_completion(Program& program, mpi::Context& context);
-void add_estimate(Program& program, mpi::Context& context);
-void add_export(Program& program, mpi::Context& context);
-void add_export_faust(Program& program, mpi::Context& context);
-void add_export_gltf(Program& program, mpi::Context& context);
-void add_features(Program& program, mpi::Context& context);
-void add_fit(Program& program, mpi::Context& context);
-void add_inspect(Program& program, mpi::Context& context);
-void add_list(Program& program, mpi::Context& context);
-void add_texture(Program& program, mpi::Context& context);
-void add_manual(Program& program, mpi::Context& context);
-void add_modes(Program& program, mpi::Context& context);
-void add_plan(Program& program, mpi::Context& context);
-void add_preview(Program& program, mpi::Context& context);
-void add_realimpact(Program& program, mpi::Context& context);
-void add_report(Program& program, mpi::Context& context);
-void add_regenerate(Program& program, mpi::Context& context);
-void add_strike(Program& program, mpi::Context& context);
+using AddCommand = void (*)(Program& program, Context& context);
+void add_accuracy(Program& program, Context& context);
+void add_build(Program& program, Context& context);
+void add_check(Program& program, Context& context);
+void add_compare(Program& program, Context& context);
+void add_completion(Program& program, Context& context);
+void add_estimate(Program& program, Context& context);
+void add_export(Program& program, Context& context);
+void add_export_faust(Program& program, Context& context);
+void add_export_gltf(Program& program, Context& context);
+void add_features(Program& program, Context& context);
+void add_fit(Program& program, Context& context);
+void add_inspect(Program& program, Context& context);
+void add_list(Program& program, Context& context);
+void add_texture(Program& program, Context& context);
+void add_manual(Program& program, Context& context);
+void add_modes(Program& program, Context& context);
+void add_plan(Program& program, Context& context);
+void add_preview(Program& program, Context& context);
+void add_realimpact(Program& program, Context& context);
+void add_report(Program& program, Context& context);
+void add_regenerate(Program& program, Context& context);
+void add_strike(Program& program, Context& context);
 
 /// File systems of clusters refuse locks in ways of their own, and a file's own property, by which
 /// core/hdf5 goes without, does not reach the sources of a virtual dataset. Sets what HDF5 looks at

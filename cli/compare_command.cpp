@@ -34,7 +34,7 @@ eval::perception::HeardSound hear(const std::string& file, int channel,
   }
 }
 
-void run_compare(const CompareOptions& options, mpi::Context& context) {
+void run_compare(const CompareOptions& options, Context& context) {
   const eval::features::FeatureOptions wanted = feature_options(options.features);
   eval::perception::SoundComparisonOptions how;
   how.loudest_level = options.loudest_level;
@@ -58,7 +58,7 @@ void run_compare(const CompareOptions& options, mpi::Context& context) {
 
 }  // namespace
 
-void add_compare(Program& program, mpi::Context& context) {
+void add_compare(Program& program, Context& context) {
   auto options = std::make_shared<CompareOptions>();
   Command& command = program.add("compare",
                                  "two sounds of one object: errors of modes in "

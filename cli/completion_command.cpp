@@ -153,7 +153,7 @@ std::string fish_script(const Program& program) {
 
 }  // namespace
 
-void add_completion(Program& program, mpi::Context& context) {
+void add_completion(Program& program, Context& context) {
   Command& command =
       program.add("completion", "a script that completes commands in a shell", Needs::nothing);
   auto shell = std::make_shared<std::string>();

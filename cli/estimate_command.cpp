@@ -137,7 +137,7 @@ core::AudioClip resynthesis(const Recording& recording, const solvers::modes::Mo
   return clip;
 }
 
-void run_estimate(const EstimateOptions& options, mpi::Context& context) {
+void run_estimate(const EstimateOptions& options, Context& context) {
   const eval::material::MaterialOptions wanted = material_options(options);
   const synth::material::Material assumed = assumed_material(options);
   scene::BodyRequest request;
@@ -191,7 +191,7 @@ void run_estimate(const EstimateOptions& options, mpi::Context& context) {
 
 }  // namespace
 
-void add_estimate(Program& program, mpi::Context& context) {
+void add_estimate(Program& program, Context& context) {
   Command& command = program.add(
       "estimate", "material of a struck body from one recording, its mesh and where it was struck",
       Needs::solver);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <memory>
 
+#include "cli/build_options.hpp"
 #include "cli/command_line.hpp"
 #include "cli/learn_program.hpp"
 #include "core/error.hpp"
@@ -53,12 +54,13 @@ std::vector<AskedSection> read_sections(const dataset::run::BuildOptions& option
 }
 
 /// @return the exit code, the same on every rank
-int run_evaluate(dataset::run::BuildOptions options, Sections sections,
-                 const mpi::Context& context) {
-  options.tell = !context.json;
+int run_evaluate(const dataset::run::BuildOptions& given, Sections sections,
+                 const Context& context) {
+  dataset::run::BuildOptions options = with_common(given, context);
+  if (context.json) options.tell = {};
   const eval::studies::EvaluatedDatasets datasets(options, context.world);
   const std::vector<AskedSection> asked = read_sections(options, sections, datasets, context.world);
-  int exit_code = datasets.build(context);
+  int exit_code = datasets.build(context.world);
   if (exit_code == mpi::exit_interrupted) return exit_code;
   const mpi::FolderLock lock(datasets.output(), context.world, dataset::run::lock_timeout_s);
   const std::filesystem::path folder = datasets.output() / "evaluation";
@@ -70,7 +72,8 @@ int run_evaluate(dataset::run::BuildOptions options, Sections sections,
   });
   ordered_json documents = ordered_json::object();
   for (const AskedSection& section : asked) {
-    eval::studies::EvaluationEnd end = section.run(folder, context);
+    eval::studies::EvaluationEnd end = section.run(folder, context.world);
+    if (!context.json) fmt::print("{}", end.text);
     const int code = end.exit_code;
     if (code == mpi::exit_interrupted) return code;
     documents[section.name] = std::move(end.document);
@@ -102,7 +105,7 @@ bool goes_elsewhere(const dataset::run::BuildOptions& options, Sections sections
 
 }  // namespace
 
-void add_evaluate(Program& program, mpi::Context& context, Sections sections) {
+void add_evaluate(Program& program, Context& context, Sections sections) {
   Command& command =
       program.add("evaluate",
                   "datasets, and what can be learnt back from their sounds; carries on where an "

@@ -77,7 +77,7 @@ std::vector<dataset::exporters::ExportedFile> gather(
   return all;
 }
 
-void run_export(const ExportOptions& options, const mpi::Context& context) {
+void run_export(const ExportOptions& options, const Context& context) {
   const double start = core::monotonic_seconds();
   const std::filesystem::path folder = core::tidy_path(options.dataset);
   const std::filesystem::path output =
@@ -141,7 +141,7 @@ std::string refuse_croissant(const std::string& format) {
 
 }  // namespace
 
-void add_export(Program& program, mpi::Context& context) {
+void add_export(Program& program, Context& context) {
   Command& command = program.add("export", "a dataset in another format", Needs::ranks);
   auto options = std::make_shared<ExportOptions>();
   command.option("dataset", options->dataset, "folder of a dataset").required();

@@ -111,7 +111,7 @@ std::vector<std::size_t> loudest(std::span<const double> loudness, std::size_t m
 /// What the header says of where the program comes from.
 std::vector<std::string> remarks(const scene::Body& body, const FaustOptions& options,
                                  const dataset::exporters::FaustProgram& program,
-                                 const mpi::Context& context) {
+                                 const Context& context) {
   const solvers::modes::Certificate& certificate = body.modes.certificate;
   std::vector<std::string> lines = {fmt::format("Made by Carillon {}:", core::version()),
                                     context.command, ""};
@@ -138,7 +138,7 @@ std::vector<std::string> remarks(const scene::Body& body, const FaustOptions& op
 }
 
 dataset::exporters::FaustProgram program_of(const scene::Body& body, const FaustOptions& options,
-                                            const mpi::Context& context) {
+                                            const Context& context) {
   if (body.modes.size() == 0) {
     throw core::InputError(
         fmt::format("{} has no mode between {:.6g} and {:.6g} Hz", options.body.mesh,
@@ -189,7 +189,7 @@ void check_options(const FaustOptions& options) {
   if (!(options.gain > 0)) throw core::InputError("--gain is not positive");
 }
 
-void run_export_faust(const FaustOptions& options, mpi::Context& context) {
+void run_export_faust(const FaustOptions& options, Context& context) {
   check_options(options);
   const scene::Body body = solve_body(options.body, context);
   settle(body.pitch_target, context);
@@ -214,7 +214,7 @@ void run_export_faust(const FaustOptions& options, mpi::Context& context) {
 
 }  // namespace
 
-void add_export_faust(Program& program, mpi::Context& context) {
+void add_export_faust(Program& program, Context& context) {
   Command& command =
       program.add("export-faust", "a body as an instrument: a program in Faust", Needs::solver);
   auto options = std::make_shared<FaustOptions>();

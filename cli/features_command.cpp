@@ -66,7 +66,7 @@ void tell(const std::string& file, const eval::features::FeatureSet& set) {
   for (const std::string& remark : set.remarks) fmt::print("  {}\n", remark);
 }
 
-void run_features(const FeaturesOptions& options, mpi::Context& context) {
+void run_features(const FeaturesOptions& options, Context& context) {
   if (!options.residual.empty() && options.files.size() > 1) {
     throw core::InputError("--residual takes one recording");
   }
@@ -111,7 +111,7 @@ void run_features(const FeaturesOptions& options, mpi::Context& context) {
 
 }  // namespace
 
-void add_features(Program& program, mpi::Context& context) {
+void add_features(Program& program, Context& context) {
   auto options = std::make_shared<FeaturesOptions>();
   Command& command = program.add(
       "features", "modal features of recorded strikes: frequency, decay rate, amplitude, errors",

@@ -79,7 +79,7 @@ void judge_sources(const std::vector<eval::damping::FitSource>& sources, std::si
   if (!reasons.empty() && speaks) fmt::print(stderr, "carillon: without features:{}\n", reasons);
 }
 
-void run_fit(const FitCommandOptions& options, const mpi::Context& context) {
+void run_fit(const FitCommandOptions& options, const Context& context) {
   eval::damping::FitReport report;
   report.law = eval::damping::damping_law(options.model);
   const std::vector<Estimator> estimators = estimators_of(options.estimator);
@@ -110,7 +110,7 @@ void run_fit(const FitCommandOptions& options, const mpi::Context& context) {
 
 }  // namespace
 
-void add_fit(Program& program, mpi::Context& context) {
+void add_fit(Program& program, Context& context) {
   Command& command = program.add(
       "fit", "a material's damping from its sounds or their features, whatever held the object",
       Needs::nothing);

@@ -37,7 +37,7 @@ struct ShownBody {
 };
 
 /// @note Collective.
-ShownBody shown_body(const GltfOptions& options, int modes, const mpi::Context& context) {
+ShownBody shown_body(const GltfOptions& options, int modes, const Context& context) {
   ShownBody shown;
   if (modes > 0) {
     BodyOptions with_modes = options.body;
@@ -132,7 +132,7 @@ dataset::exporters::GltfBody file_of(const GltfOptions& options, const ShownBody
   return file;
 }
 
-void run_export_gltf(const GltfOptions& options, mpi::Context& context) {
+void run_export_gltf(const GltfOptions& options, Context& context) {
   check_options(options);
   const int modes = options.modes.value_or(options.body.material.empty() ? 0 : default_modes);
   const ShownBody shown = shown_body(options, modes, context);
@@ -154,7 +154,7 @@ void run_export_gltf(const GltfOptions& options, mpi::Context& context) {
 
 }  // namespace
 
-void add_export_gltf(Program& program, mpi::Context& context) {
+void add_export_gltf(Program& program, Context& context) {
   Command& command = program.add(
       "export-gltf", "a body as a model for pictures and games, with its modes: binary glTF",
       Needs::solver);

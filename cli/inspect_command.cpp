@@ -41,7 +41,7 @@ void print_diagnosis(const std::string& path, const solvers::mesh::Diagnosis& d)
 
 }  // namespace
 
-void add_inspect(Program& program, mpi::Context& context) {
+void add_inspect(Program& program, Context& context) {
   struct Options {
     std::vector<std::string> meshes;
     std::string length;

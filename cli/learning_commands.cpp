@@ -19,7 +19,7 @@ namespace {
 
 /// A command of a program without libtorch.
 /// @param options  that its command line sets: they live as long as the command
-void goes_elsewhere(Command& command, const char* name, const mpi::Context& context,
+void goes_elsewhere(Command& command, const char* name, const Context& context,
                     std::shared_ptr<const void> options) {
   command.begins_with(
       [&context, options = std::move(options)] { become_learner(context.arguments); });
@@ -40,7 +40,7 @@ constexpr eval::studies::EvaluationSection plain_sections[] = {
     {transfer, read_missing<transfer>, true},
     {spectrograms, read_missing<spectrograms>, true}};
 
-void add_train(Program& program, mpi::Context& context, const LearningCommands& learning) {
+void add_train(Program& program, Context& context, const LearningCommands& learning) {
   Command& command = program.add(
       "train", "classifiers that tell shapes and materials apart; goes on where it stopped",
       learning.train == nullptr ? Needs::nothing : Needs::solver);
@@ -70,7 +70,7 @@ void add_train(Program& program, mpi::Context& context, const LearningCommands& 
   }
 }
 
-void add_identify(Program& program, mpi::Context& context, const LearningCommands& learning) {
+void add_identify(Program& program, Context& context, const LearningCommands& learning) {
   Command& command = program.add(
       "identify", "which shape and material a sound is of, and how sure that is", Needs::nothing);
   auto options = std::make_shared<IdentifyOptions>();
@@ -111,8 +111,7 @@ LearningCommands plain_commands() {
   return {.sections = plain_sections};
 }
 
-void add_learning_commands(Program& program, mpi::Context& context,
-                           const LearningCommands& learning) {
+void add_learning_commands(Program& program, Context& context, const LearningCommands& learning) {
   add_train(program, context, learning);
   add_identify(program, context, learning);
   add_evaluate(program, context, learning.sections);

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "cli/context.hpp"
 #include "dataset/run/build.hpp"
 #include "eval/studies/evaluation.hpp"
 
@@ -30,8 +31,8 @@ struct IdentifyOptions {
 /// so.
 struct LearningCommands {
   /// @return the exit code, the same on every rank
-  int (*train)(const TrainOptions& options, const mpi::Context& context) = nullptr;
-  void (*identify)(const IdentifyOptions& options, const mpi::Context& context) = nullptr;
+  int (*train)(const TrainOptions& options, const Context& context) = nullptr;
+  void (*identify)(const IdentifyOptions& options, const Context& context) = nullptr;
   /// Sections of `evaluate`; outlive the program's run.
   std::span<const eval::studies::EvaluationSection> sections{};
 };
@@ -40,16 +41,15 @@ struct LearningCommands {
 LearningCommands plain_commands();
 
 /// In carillon-learn.
-int run_train(const TrainOptions& options, const mpi::Context& context);
-void run_identify(const IdentifyOptions& options, const mpi::Context& context);
+int run_train(const TrainOptions& options, const Context& context);
+void run_identify(const IdentifyOptions& options, const Context& context);
 
 /// `evaluate` with all sections that a program has.
 /// @param sections  outlive the program's run
-void add_evaluate(Program& program, mpi::Context& context,
+void add_evaluate(Program& program, Context& context,
                   std::span<const eval::studies::EvaluationSection> sections);
 
 /// Adds `train`, `identify` and `evaluate`.
-void add_learning_commands(Program& program, mpi::Context& context,
-                           const LearningCommands& learning);
+void add_learning_commands(Program& program, Context& context, const LearningCommands& learning);
 
 }  // namespace carillon::cli

@@ -179,7 +179,7 @@ void print_list(const nlohmann::json& list) {
 
 }  // namespace
 
-void add_list(Program& program, mpi::Context& context) {
+void add_list(Program& program, Context& context) {
   static const std::map<std::string, nlohmann::json (*)()> lists = {
       {"materials", list_materials}, {"shapes", list_shapes},     {"effects", list_effects},
       {"models", list_models},       {"strikers", list_strikers}, {"supports", list_supports},

@@ -68,7 +68,7 @@ std::string manual(const Program& program) {
 
 }  // namespace
 
-void add_manual(Program& program, mpi::Context& context) {
+void add_manual(Program& program, Context& context) {
   Command& command = program.add("manual", "this program's manual page", Needs::nothing);
   command.footer(
       "Examples:\n"

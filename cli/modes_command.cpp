@@ -126,7 +126,7 @@ void print_table(const scene::Body& body, const synth::damping::DecayRates& damp
 
 }  // namespace
 
-void add_modes(Program& program, mpi::Context& context) {
+void add_modes(Program& program, Context& context) {
   Command& command =
       program.add("modes", "modes of one shape, with their certificate", Needs::solver);
   auto options = std::make_shared<BodyOptions>();

@@ -7,7 +7,7 @@
 
 namespace carillon::cli {
 
-void settle(const std::optional<solvers::pitch::PitchReport>& report, mpi::Context& context) {
+void settle(const std::optional<solvers::pitch::PitchReport>& report, Context& context) {
   if (!report || report->met()) return;
   context.exit_code = mpi::exit_failures;
   if (!context.speaks()) return;

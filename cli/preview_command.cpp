@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/command_line.hpp"
+#include "cli/context.hpp"
 #include "core/audio.hpp"
 #include "core/error.hpp"
 #include "core/image.hpp"
@@ -62,7 +63,7 @@ core::Image spectrogram_picture(const std::vector<float>& mel, int bands, int fr
 
 }  // namespace
 
-void add_preview(Program& program, mpi::Context& context) {
+void add_preview(Program& program, Context& context) {
   struct Options {
     dataset::run::BuildOptions build;
     std::string sample = "0";

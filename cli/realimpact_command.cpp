@@ -124,7 +124,7 @@ double specific_modulus(const scene::Body& body, const std::string& mesh) {
 void study(const ImpactOptions& options, const eval::recorded_objects::StudyOptions& how,
            const eval::recorded_objects::ImpactFolder& folder,
            const std::vector<eval::recorded_objects::RecordedStrike>& rows, const scene::Body& body,
-           const mpi::Context& context) {
+           const Context& context) {
   core::Trace trace = body.trace;
   std::vector<std::string> remarks;
   const synth::material::Material& material = body.materials.front();
@@ -169,7 +169,7 @@ void study(const ImpactOptions& options, const eval::recorded_objects::StudyOpti
   }
 }
 
-void run_realimpact(const ImpactOptions& options, mpi::Context& context) {
+void run_realimpact(const ImpactOptions& options, Context& context) {
   eval::recorded_objects::StudyOptions how;
   const eval::recorded_objects::ListenerChoice choice =
       eval::recorded_objects::parse_listener_choice(options.listener);
@@ -246,7 +246,7 @@ void add_study_options(Command& command, ImpactOptions& options) {
 
 }  // namespace
 
-void add_realimpact(Program& program, mpi::Context& context) {
+void add_realimpact(Program& program, Context& context) {
   Command& command =
       program.add("realimpact",
                   "recorded strikes on an object, in RealImpact's folder layout, and what the "

@@ -137,9 +137,9 @@ void add_nightly(const report::ReportFolders& found, ordered_json& report) {
 }
 
 ordered_json collect(const report::ReportFolders& found, const ReportOptions& options,
-                     const mpi::Context& context) {
+                     const Context& context) {
   ordered_json report = {{"title", fmt::format("{}", fmt::join(options.folders, ", "))},
-                         {"made", mpi::made_by(context)},
+                         {"made", mpi::made_by(context.command, context.world)},
                          {"notes", ordered_json::array()}};
   for (const char* list :
        {"datasets", "sweeps", "studies", "damping", "classification", "transfer", "nightly_runs"}) {
@@ -172,7 +172,7 @@ ordered_json collect(const report::ReportFolders& found, const ReportOptions& op
   return report;
 }
 
-void write_report(const ReportOptions& options, const mpi::Context& context) {
+void write_report(const ReportOptions& options, const Context& context) {
   const report::ReportFolders found = report::find_report_folders(options.folders);
   ordered_json report = collect(found, options, context);
   std::string page = report::report_page(report);
@@ -199,7 +199,7 @@ void write_report(const ReportOptions& options, const mpi::Context& context) {
 }
 
 /// One rank does it; all end with its outcome.
-void run_report(const ReportOptions& options, const mpi::Context& context) {
+void run_report(const ReportOptions& options, const Context& context) {
   mpi::agreed(context.world, [&] {
     if (context.speaks()) write_report(options, context);
   });
@@ -207,7 +207,7 @@ void run_report(const ReportOptions& options, const mpi::Context& context) {
 
 }  // namespace
 
-void add_report(Program& program, mpi::Context& context) {
+void add_report(Program& program, Context& context) {
   Command& command = program.add(
       "report", "one page that shows datasets, what accuracy costs and what can be learnt",
       Needs::ranks);

@@ -53,14 +53,14 @@ int first_failed(MPI_Comm world, bool failed) {
 
 /// Ends a command that this rank is done with. Rank 0 may have more to do, and may fail at it: it
 /// then finds the others here, and need not end them by force.
-int succeed(const mpi::Context& context) {
+int succeed(const Context& context) {
   if (context.world == MPI_COMM_NULL) return context.exit_code;
   everyone_arrives(context.world, mpi::endless);
   first_failed(context.world, false);
   return context.exit_code;
 }
 
-int fail(const mpi::Context& context, mpi::ExitCode code, const char* message) {
+int fail(const Context& context, mpi::ExitCode code, const char* message) {
   constexpr double timeout_s = 5;
   const auto tell = [&] {
     std::fprintf(stderr, "carillon: rank %d: %s\n", mpi::rank(context.world), message);
@@ -84,7 +84,7 @@ struct Started {
 };
 
 /// @note Collective where a launcher started the program.
-void start(Started& started, Needs needs, mpi::Context& context, int argc, char** argv) {
+void start(Started& started, Needs needs, Context& context, int argc, char** argv) {
   // Whoever starts ranks means them to know each other: one of them speaks and writes.
   if (needs == Needs::nothing && !mpi::launcher_rank()) return;
   {
@@ -104,7 +104,7 @@ std::string version_text() {
   return text;
 }
 
-void describe(Program& program, mpi::Context& context, const LearningCommands& learning) {
+void describe(Program& program, Context& context, const LearningCommands& learning) {
   Command& common = program.common();
   common.flag("--json", context.json, "print one JSON document on standard output");
   common.flag("--quiet", context.quiet, "no progress lines");
@@ -128,7 +128,7 @@ void describe(Program& program, mpi::Context& context, const LearningCommands& l
 }
 
 /// @return the exit code
-int tell(const Reply& reply, mpi::Context& context, int argc, char** argv) {
+int tell(const Reply& reply, Context& context, int argc, char** argv) {
   Started started;
   // A launcher ends every rank when one has failed. MPI keeps them until rank 0 has spoken.
   if (reply.refused) start(started, Needs::nothing, context, argc, argv);
@@ -147,7 +147,7 @@ int run(int argc, char** argv, const LearningCommands& learning) {
   spdlog::set_default_logger(std::make_shared<spdlog::logger>(
       "carillon", std::make_shared<spdlog::sinks::stderr_color_sink_mt>()));
 
-  mpi::Context context;
+  Context context;
   context.arguments = argv;
   context.command = core::typed_command(argc, argv);
   Program program("carillon",

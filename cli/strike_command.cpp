@@ -119,7 +119,7 @@ scene::KnownStrike known_strike(const StrikeOptions& options) {
   return known;
 }
 
-void run_strike(const StrikeOptions& options, mpi::Context& context) {
+void run_strike(const StrikeOptions& options, Context& context) {
   check_options(options);
   const scene::Scene scene = scene_of(options, scene::listed(region_materials(options.body)));
   const scene::Body body = solve_body(sounding_band(options.body, scene), context);
@@ -157,6 +157,10 @@ void run_strike(const StrikeOptions& options, mpi::Context& context) {
     ran[name] = {{"calls", entry.calls}, {"seconds", entry.seconds}};
   }
   if (context.json) {
+    nlohmann::json effects = nlohmann::json::array();
+    for (const scene::PlannedEffect& effect : scene::plan_effects(scene)) {
+      effects.push_back(scene::to_json(effect));
+    }
     nlohmann::json json = {{"file", options.output},
                            {"modes", sound.modes},
                            {"modes_above_nyquist", sound.modes_above_nyquist},
@@ -167,7 +171,7 @@ void run_strike(const StrikeOptions& options, mpi::Context& context) {
                            {"direction", list(sound.strike.direction)},
                            {"impulse_ns", sound.strike.impulse},
                            {"contact_time_s", sound.strike.force.duration},
-                           {"scene", scene::describe_effects(scene)},
+                           {"scene", effects},
                            {"effects", ran},
                            {"record", drawn}};
     if (body.pitch_target) json["pitch_target"] = solvers::pitch::to_json(*body.pitch_target, true);
@@ -197,7 +201,7 @@ void run_strike(const StrikeOptions& options, mpi::Context& context) {
 
 }  // namespace
 
-void add_strike(Program& program, mpi::Context& context) {
+void add_strike(Program& program, Context& context) {
   Command& command = program.add("strike", "one sound of one shape", Needs::solver);
   auto options = std::make_shared<StrikeOptions>();
   add_body_options(command, options->body);

@@ -47,7 +47,7 @@ nlohmann::json write_texture(const TextureOptions& options) {
 
 }  // namespace
 
-void add_texture(Program& program, mpi::Context& context) {
+void add_texture(Program& program, Context& context) {
   Command& command = program.add(
       "texture", "a generated map of a surface as a PNG (docs/textures.md)", Needs::nothing);
   auto options = std::make_shared<TextureOptions>();

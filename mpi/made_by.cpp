@@ -11,12 +11,12 @@
 
 namespace carillon::mpi {
 
-nlohmann::ordered_json made_by(const Context& context) {
+nlohmann::ordered_json made_by(const std::string& command, MPI_Comm world) {
   const auto now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
-  return {{"command", context.command},
+  return {{"command", command},
           {"carillon", core::revision()},
           {"processor", processor_name()},
-          {"ranks", size(context.world)},
+          {"ranks", size(world)},
           {"date", fmt::format("{:%Y-%m-%d %H:%M} UTC", fmt::gmtime(now))}};
 }
 

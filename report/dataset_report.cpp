@@ -9,6 +9,7 @@
 #include "core/files.hpp"
 #include "core/hdf5.hpp"
 #include "core/json.hpp"
+#include "dataset/plan/task_times.hpp"
 #include "dataset/samples/modes_task.hpp"
 #include "report/report.hpp"
 #include "scene/scene.hpp"
@@ -30,9 +31,8 @@ json read_if_there(const std::filesystem::path& path, const json& otherwise) {
 std::map<std::string, double> modes_seconds(const json& trace) {
   const std::string prefix = "modes/";
   std::map<std::string, double> seconds;
-  for (const json& task : trace.value("tasks", json::array())) {
-    const std::string name = task.at("task");
-    if (name.starts_with(prefix)) seconds[name.substr(prefix.size())] = task.at("seconds");
+  for (const dataset::plan::TaskRow& row : dataset::plan::task_rows(trace)) {
+    if (row.task.starts_with(prefix)) seconds[row.task.substr(prefix.size())] = row.times.seconds;
   }
   return seconds;
 }
@@ -115,11 +115,11 @@ ordered_json describe_effects_run(const dataset::stored::StoredDataset& dataset,
                                   const json& trace) {
   const json counted = trace.value("effects", json::object());
   ordered_json effects = ordered_json::array();
-  for (const json& effect : scene::describe_effects(dataset.build.config.scene)) {
-    const json entry = counted.value(effect.at("name").get<std::string>(), json::object());
-    effects.push_back({{"name", effect.at("name")},
-                       {"enabled", effect.at("enabled")},
-                       {"reason", effect.at("reason")},
+  for (const scene::PlannedEffect& effect : scene::plan_effects(dataset.build.config.scene)) {
+    const json entry = counted.value(effect.name, json::object());
+    effects.push_back({{"name", effect.name},
+                       {"enabled", effect.enabled},
+                       {"reason", effect.reason},
                        {"calls", entry.value("calls", 0)},
                        {"seconds", entry.value("seconds", 0.0)}});
   }
@@ -127,19 +127,17 @@ ordered_json describe_effects_run(const dataset::stored::StoredDataset& dataset,
 }
 
 void add_tasks(const json& trace, std::size_t rows, ordered_json& report) {
-  const auto tasks = trace.value("tasks", std::vector<json>{});
+  const std::vector<dataset::plan::TaskRow> tasks = dataset::plan::task_rows(trace);
   double seconds = 0;
-  for (const json& task : tasks) {
-    seconds += task.at("seconds").get<double>() * task.at("width").get<double>();
-  }
+  for (const dataset::plan::TaskRow& row : tasks) seconds += row.times.seconds * row.times.width;
   report["task_seconds"] = seconds;
   report["tasks_run"] = tasks.size();
-  json chosen = json::array();
-  for (const json* task : longest<json>(
-           tasks, rows, [](const json& row) { return row.at("seconds").get<double>(); })) {
-    chosen.push_back(*task);
+  std::vector<dataset::plan::TaskRow> chosen;
+  for (const dataset::plan::TaskRow* row : longest<dataset::plan::TaskRow>(
+           tasks, rows, [](const dataset::plan::TaskRow& one) { return one.times.seconds; })) {
+    chosen.push_back(*row);
   }
-  report["tasks"] = std::move(chosen);
+  report["tasks"] = dataset::plan::to_json(chosen);
 }
 
 /// What made it: the last run of its own, or of the sweep whose variant it is; null of older

@@ -182,16 +182,23 @@ Scene read_scene(ConfigNode& root, const std::string& file_name, std::span<const
   return scene;
 }
 
-nlohmann::json describe_effects(const Scene& scene, int modes) {
-  nlohmann::json list = nlohmann::json::array();
+nlohmann::json to_json(const PlannedEffect& effect) {
+  return {{"name", effect.name},
+          {"enabled", effect.enabled},
+          {"reason", effect.reason},
+          {"seconds_per_sound", effect.seconds_per_sound},
+          {"seconds_per_shape", effect.seconds_per_shape}};
+}
+
+std::vector<PlannedEffect> plan_effects(const Scene& scene, int modes) {
+  std::vector<PlannedEffect> list;
   for (const EffectDecision& decision : scene.effects) {
-    const SceneEffect& effect = decision.in_scene;
-    const bool on = decision.enabled;
-    list.push_back({{"name", decision.effect->name},
-                    {"enabled", on},
-                    {"reason", decision.reason},
-                    {"seconds_per_sound", on ? effect_seconds(scene, effect, modes) : 0.0},
-                    {"seconds_per_shape", on ? effect.seconds_per_shape : 0.0}});
+    PlannedEffect planned{std::string(decision.effect->name), decision.enabled, decision.reason};
+    if (decision.enabled) {
+      planned.seconds_per_sound = effect_seconds(scene, decision.in_scene, modes);
+      planned.seconds_per_shape = decision.in_scene.seconds_per_shape;
+    }
+    list.push_back(std::move(planned));
   }
   return list;
 }

@@ -88,8 +88,18 @@ Scene read_scene(core::ConfigNode& root, const std::string& file_name,
 /// @throws ConfigError  another word
 std::string effect_switch(core::ConfigNode& switches, const std::string& name);
 
-/// `[].name, .enabled, .reason, .seconds_per_sound, .seconds_per_shape` of a scene's effects.
+/// An effect as a scene decides it, and what it should cost.
+struct PlannedEffect {
+  std::string name{};
+  bool enabled = false;
+  std::string reason{};
+  double seconds_per_sound = 0, seconds_per_shape = 0;  ///< estimated; 0 where it is off
+};
+/// `name, enabled, reason, seconds_per_sound, seconds_per_shape`
+nlohmann::json to_json(const PlannedEffect& effect);
+
+/// Every effect there is, in order.
 /// @param modes  of a body, where the cost depends on them
-nlohmann::json describe_effects(const Scene& scene, int modes = 60);
+std::vector<PlannedEffect> plan_effects(const Scene& scene, int modes = 60);
 
 }  // namespace carillon::scene

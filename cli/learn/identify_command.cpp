@@ -186,7 +186,7 @@ std::string extended_scene(const IdentifyOptions& options, const Vec3& place,
 
 }  // namespace
 
-void run_identify(const IdentifyOptions& options, const mpi::Context& context) {
+void run_identify(const IdentifyOptions& options, const Context& context) {
   if (!options.scene.empty() && options.clips.size() > 1) {
     throw core::InputError("--scene takes the body of one clip", "give one");
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "cli/build_options.hpp"
 #include "cli/learning_commands.hpp"
 #include "core/files.hpp"
 #include "core/progress.hpp"
@@ -101,8 +102,8 @@ std::vector<eval::studies::Search> read_all_searches(const dataset::run::BuildOp
 
 int search(const std::vector<eval::studies::Search>& searches,
            const eval::studies::LearningConfig& config,
-           const eval::studies::EvaluatedDatasets& datasets, const mpi::Context& context) {
-  const auto found = eval::studies::run_searches(searches, config, datasets, context);
+           const eval::studies::EvaluatedDatasets& datasets, const Context& context) {
+  const auto found = eval::studies::run_searches(searches, config, datasets, context.world);
   if (!found) return mpi::exit_interrupted;
   mpi::agreed(context.world, [&] {
     if (!context.speaks()) return;
@@ -120,15 +121,15 @@ int search(const std::vector<eval::studies::Search>& searches,
 
 }  // namespace
 
-int run_train(const TrainOptions& wanted, const mpi::Context& context) {
-  dataset::run::BuildOptions options = wanted.build;
-  options.tell = !context.json;
+int run_train(const TrainOptions& wanted, const Context& context) {
+  dataset::run::BuildOptions options = with_common(wanted.build, context);
+  if (context.json) options.tell = {};
   const std::vector<eval::studies::Search> searches =
       wanted.search ? read_all_searches(options, context.world)
                     : std::vector<eval::studies::Search>{};
   const eval::studies::LearningConfig config = read_config(options, context.world);
   const eval::studies::EvaluatedDatasets datasets(options, context.world);
-  const int exit_code = datasets.build(context);
+  const int exit_code = datasets.build(context.world);
   if (exit_code == mpi::exit_interrupted) return exit_code;
   const mpi::FolderLock lock(datasets.output(), context.world, dataset::run::lock_timeout_s);
   const mpi::InterruptGuard guard;
@@ -137,9 +138,9 @@ int run_train(const TrainOptions& wanted, const mpi::Context& context) {
     return code == mpi::exit_done ? exit_code : code;
   }
   const std::uint64_t seeds[] = {config.methods.front().learning.seed};
-  const auto sources = eval::studies::open_learning_sources(config, datasets, context);
+  const auto sources = eval::studies::open_learning_sources(config, datasets, context.world);
   const eval::studies::TrainingsEnd end = eval::studies::run_trainings(
-      config, seeds, sources, eval::studies::models_folder(datasets), context);
+      config, seeds, sources, eval::studies::models_folder(datasets), context.world, options.quiet);
   mpi::agreed(context.world, [&] {
     if (context.speaks()) tell(end, eval::studies::models_folder(datasets), context.json);
   });

@@ -32,14 +32,6 @@ std::map<std::string, json> finished_by_journal(const fs::path& folder) {
   }
 }
 
-json files_of(const std::map<std::string, json>& finished) {
-  json files = json::array();
-  for (const auto& [task, entry] : finished) {
-    for (const json& file : entry.value("files", json::array())) files.push_back(file);
-  }
-  return files;
-}
-
 /// failures.json, where it can be read and is JSON.
 json read_failures(const fs::path& path) {
   try {
@@ -49,12 +41,24 @@ json read_failures(const fs::path& path) {
   }
 }
 
-bool is_list_of_files(const json& files) {
-  return files.is_array() && std::all_of(files.begin(), files.end(), [](const json& file) {
-           return file.is_object() && file.contains("path") && file.at("path").is_string() &&
-                  file.contains("sha256") && file.at("sha256").is_string() &&
-                  file.contains("bytes") && file.at("bytes").is_number_integer();
-         });
+/// Nothing where it is no list of files.
+std::optional<std::vector<run::ListedFile>> listed_files(const json& files) {
+  const auto is_file = [](const json& file) {
+    return file.is_object() && file.contains("path") && file.at("path").is_string() &&
+           file.contains("sha256") && file.at("sha256").is_string() && file.contains("bytes") &&
+           file.at("bytes").is_number_integer();
+  };
+  if (!files.is_array() || !std::all_of(files.begin(), files.end(), is_file)) return {};
+  return files.get<std::vector<run::ListedFile>>();
+}
+
+std::optional<std::vector<run::ListedFile>> listed_files(
+    const std::map<std::string, json>& finished) {
+  json files = json::array();
+  for (const auto& [task, entry] : finished) {
+    for (const json& file : entry.value("files", json::array())) files.push_back(file);
+  }
+  return listed_files(files);
 }
 
 /// Opens with the configuration of dataset.json where the folder's own cannot be read.
@@ -111,16 +115,16 @@ DatasetFolder open_folder(const fs::path& path, const std::string& inputs) {
   compare_configuration(folder, finding);
   folder.finished = finished_by_journal(path);
   const json& description = folder.dataset.description;
-  if (description.is_object() && is_list_of_files(description.value("files", json()))) {
-    folder.listed = description.at("files");
-  } else {
-    folder.listed = files_of(folder.finished);
-    if (!is_list_of_files(folder.listed)) folder.listed = json::array();
+  const auto by_journal = listed_files(folder.finished);
+  if (auto files =
+          listed_files(description.is_object() ? description.value("files", json()) : json())) {
+    folder.listed = std::move(*files);
+  } else if (by_journal) {
+    folder.listed = *by_journal;
   }
   // While a build goes on, the journal is ahead of dataset.json.
-  if (folder.building) {
-    const json ahead = files_of(folder.finished);
-    if (is_list_of_files(ahead) && ahead.size() > folder.listed.size()) folder.listed = ahead;
+  if (folder.building && by_journal && by_journal->size() > folder.listed.size()) {
+    folder.listed = *by_journal;
   }
   if (finding.verdict == Verdict::fail) {
     finding.text = "what the dataset was built by cannot be trusted";
@@ -211,7 +215,7 @@ Finding check_failures(const DatasetFolder& folder) {
   } else {
     std::set<std::string> planned, listed;
     for (const plan::BuildTask& task : folder.dataset.build.plan.tasks) planned.insert(task.key);
-    for (const json& file : folder.listed) listed.insert(file.at("path").get<std::string>());
+    for (const run::ListedFile& file : folder.listed) listed.insert(file.path);
     for (const json& failure : failures) {
       if (!failure.is_object() || !failure.value("task", json()).is_string() ||
           !failure.value("message", json()).is_string()) {
@@ -247,7 +251,7 @@ Finding check_foreign_files(const DatasetFolder& folder) {
   std::set<std::string> known = {
       "index.h5",      "dataset.json", "failures.json",      "croissant.json", "trace.json",
       "journal.jsonl", ".lock",        "configuration.yaml", "README.md",      "LICENSE"};
-  for (const json& file : folder.listed) known.insert(file.at("path").get<std::string>());
+  for (const run::ListedFile& file : folder.listed) known.insert(file.path);
   for (const configuration::InputFile& input :
        configuration::input_files(folder.dataset.build.config)) {
     known.insert("inputs/" + input.key);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "dataset/check/report.hpp"
+#include "dataset/run/check_files.hpp"
 #include "dataset/stored/stored_dataset.hpp"
 
 namespace carillon::dataset::check {
@@ -15,9 +16,8 @@ namespace carillon::dataset::check {
 /// A dataset's folder as it is found: what is there, and what should be.
 struct DatasetFolder {
   stored::StoredDataset dataset;
-  bool building = false;  ///< a build is writing to it now
-  /// Files that dataset.json lists (without it: the journal), `path, sha256, bytes`.
-  nlohmann::json listed = nlohmann::json::array();
+  bool building = false;                ///< a build is writing to it now
+  std::vector<run::ListedFile> listed;  ///< by dataset.json; without it: by the journal
   /// Tasks that ended, by the journal; none where it is not there or cannot be read.
   std::map<std::string, nlohmann::json> finished;
   nlohmann::json failures;                      ///< failures.json; null where there is none

@@ -109,10 +109,10 @@ void compare_values(const json& stored, const json& expected, std::vector<std::s
 void compare_files(const DatasetFolder& folder, const run::Gathered& journal,
                    std::vector<std::string>& items) {
   std::set<std::string> listed;
-  for (const json& file : folder.listed) listed.insert(file.at("path").get<std::string>());
-  for (const json& file : journal.files) {
-    const std::string path = file.at("path");
-    if (!listed.contains(path)) items.push_back(fmt::format("files: {} is missing", path));
+  for (const run::ListedFile& file : folder.listed) listed.insert(file.path);
+  for (const run::ListedFile& file : journal.files) {
+    if (!listed.contains(file.path))
+      items.push_back(fmt::format("files: {} is missing", file.path));
   }
 }
 
@@ -124,8 +124,8 @@ Finding check_description(const DatasetFolder& folder) {
   if (!stored.is_object()) return {"description", Verdict::note, "see configuration", "", {}};
   const run::LoadedBuild& build = folder.dataset.build;
   const run::Gathered journal = run::gather(build.plan, folder.finished);
-  json expected = run::describe_dataset(build.config, build.plan, 0,
-                                        pitch_targets_of(stored, journal), json::array());
+  json expected =
+      run::describe_dataset(build.config, build.plan, 0, pitch_targets_of(stored, journal), {});
   // As it comes back from a file.
   expected = json::parse(expected.dump());
   take_sources(build.config, stored.at("materials"), expected.at("materials"));
@@ -142,12 +142,11 @@ Finding check_description(const DatasetFolder& folder) {
              "run the build again into this folder: it writes the file anew; restore inputs/ if it "
              "changed");
   if (finding.verdict == Verdict::fail) return finding;
-  const json others = stored::other_versions(folder.dataset);
-  for (const auto& [name, versions] : others.items()) {
+  for (const auto& [name, version] : stored::other_versions(folder.dataset)) {
     finding.verdict = Verdict::note;
     finding.text = "dataset.json is what plan and journal make; it names other versions than here";
-    finding.items.push_back(fmt::format("{}: {}, here {}", name, versions.at("stored").dump(),
-                                        versions.at("here").dump()));
+    finding.items.push_back(
+        fmt::format("{}: {}, here {}", name, version.stored.dump(), version.here.dump()));
   }
   return finding;
 }

@@ -29,19 +29,23 @@ bool all_pass(const std::vector<Finding>& findings) {
                       [](const Finding& finding) { return finding.verdict == Verdict::fail; });
 }
 
-void print(const std::vector<Finding>& findings) {
+std::string findings_text(const std::vector<Finding>& findings) {
+  std::string text;
   constexpr std::size_t max_lines = 5;
   for (const Finding& finding : findings) {
     const bool failed = finding.verdict == Verdict::fail;
-    fmt::print("  {}  {:<13} {}\n", failed ? "FAIL" : name_of(finding.verdict), finding.check,
-               finding.text);
+    text += fmt::format("  {}  {:<13} {}\n", failed ? "FAIL" : name_of(finding.verdict),
+                        finding.check, finding.text);
     const std::size_t lines = std::min(finding.items.size(), max_lines);
-    for (std::size_t i = 0; i < lines; ++i) fmt::print("{:22}{}\n", "", finding.items[i]);
+    for (std::size_t i = 0; i < lines; ++i) text += fmt::format("{:22}{}\n", "", finding.items[i]);
     if (lines < finding.items.size()) {
-      fmt::print("{:22}and {} more (--json lists all)\n", "", finding.items.size() - lines);
+      text +=
+          fmt::format("{:22}and {} more (--json lists all)\n", "", finding.items.size() - lines);
     }
-    if (failed && !finding.remedy.empty()) fmt::print("{:22}remedy: {}\n", "", finding.remedy);
+    if (failed && !finding.remedy.empty())
+      text += fmt::format("{:22}remedy: {}\n", "", finding.remedy);
   }
+  return text;
 }
 
 }  // namespace carillon::dataset::check

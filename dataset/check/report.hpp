@@ -30,6 +30,6 @@ nlohmann::json to_json(const Finding& finding);
 /// Whether no check failed.
 bool all_pass(const std::vector<Finding>& findings);
 /// The table for a person; of long lists the first few lines.
-void print(const std::vector<Finding>& findings);
+std::string findings_text(const std::vector<Finding>& findings);
 
 }  // namespace carillon::dataset::check

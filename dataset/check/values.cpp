@@ -13,7 +13,6 @@
 namespace carillon::dataset::check {
 
 using core::Hdf5Group;
-using nlohmann::json;
 
 namespace {
 
@@ -40,9 +39,9 @@ void each_row(const Hdf5Group& file, const std::string& column, const Take& take
 struct Scan {
   const Hdf5Group& file;
   std::vector<std::string> keys;
-  json broken = json::array(), clipped = json::array(), silent = json::array();
+  ValueScan found{.samples = keys.size()};
 
-  void note(json& list, std::uint64_t row, const std::string& text) const {
+  void note(std::vector<std::string>& list, std::uint64_t row, const std::string& text) const {
     list.push_back(fmt::format("{}{}", keys[row], text));
   }
 
@@ -52,7 +51,7 @@ struct Scan {
       const auto bad = std::find_if(values.begin(), values.end(), [&](T value) {
         return std::isinf(value) || (std::isnan(value) && !may_be_nan);
       });
-      if (bad != values.end()) note(broken, row, fmt::format(": {} holds {}", column, *bad));
+      if (bad != values.end()) note(found.broken, row, fmt::format(": {} holds {}", column, *bad));
     });
   }
 
@@ -60,9 +59,9 @@ struct Scan {
   void audio_float(const std::vector<double>& peaks) {
     each_row<float>(file, "audio", [&](std::uint64_t row, std::span<const float> values) {
       const double peak = core::peak(values);
-      if (peak == 0) note(silent, row, "");
+      if (peak == 0) note(found.silent, row, "");
       if (std::isfinite(peak) && peak != peaks[row]) {
-        note(broken, row, fmt::format(": peak is {}, the audio's is {}", peaks[row], peak));
+        note(found.broken, row, fmt::format(": peak is {}, the audio's is {}", peaks[row], peak));
       }
     });
   }
@@ -78,16 +77,16 @@ struct Scan {
             peak = std::max(peak, std::abs(static_cast<int>(value)));
             full += value == low || value == high ? 1 : 0;
           }
-          if (peak == 0) note(silent, row, "");
-          if (counts[row] > 0) note(clipped, row, fmt::format(": {} samples", counts[row]));
+          if (peak == 0) note(found.silent, row, "");
+          if (counts[row] > 0) note(found.clipped, row, fmt::format(": {} samples", counts[row]));
           if (counts[row] < 0 || counts[row] > full) {
-            note(broken, row,
+            note(found.broken, row,
                  fmt::format(": clipped says {}, {} samples are at full scale", counts[row], full));
           }
           // A peak of either sign: full scale is -32,768 to 32,767.
           const double wanted = std::min(std::nearbyint(peaks[row] * -low), -1.0 * low);
           if (std::abs(wanted - peak) > 1) {
-            note(broken, row,
+            note(found.broken, row,
                  fmt::format(": peak is {}, the audio's is {}", peaks[row],
                              static_cast<double>(peak) / -low));
           }
@@ -97,7 +96,7 @@ struct Scan {
 
 }  // namespace
 
-json scan_values(const std::filesystem::path& shard) {
+ValueScan scan_values(const std::filesystem::path& shard) {
   const Hdf5Group file = Hdf5Group::open_file(shard);
   Scan scan{file, file.read<std::string>("key")};
   for (const std::string& column : file.names()) {
@@ -113,23 +112,20 @@ json scan_values(const std::filesystem::path& shard) {
   } else {
     scan.audio_float(peaks);
   }
-  return {{"samples", scan.keys.size()},
-          {"broken", scan.broken},
-          {"clipped", scan.clipped},
-          {"silent", scan.silent}};
+  return scan.found;
 }
 
-std::vector<Finding> judge_values(const std::vector<json>& scans) {
+std::vector<Finding> judge_values(const std::vector<ValueScan>& scans) {
   std::size_t samples = 0;
   std::vector<std::string> broken, clipped, silent;
-  const auto add = [](const json& list, std::vector<std::string>& to) {
-    for (const json& item : list) to.push_back(item.get<std::string>());
+  const auto add = [](const std::vector<std::string>& some, std::vector<std::string>& all) {
+    all.insert(all.end(), some.begin(), some.end());
   };
-  for (const json& scan : scans) {
-    samples += scan.at("samples").get<std::size_t>();
-    add(scan.at("broken"), broken);
-    add(scan.at("clipped"), clipped);
-    add(scan.at("silent"), silent);
+  for (const ValueScan& scan : scans) {
+    samples += scan.samples;
+    add(scan.broken, broken);
+    add(scan.clipped, clipped);
+    add(scan.silent, silent);
   }
   const std::size_t faults = broken.size(), clips = clipped.size(), silences = silent.size();
   const auto noted = [](const std::string& check, std::vector<std::string> items,

@@ -12,10 +12,6 @@ namespace {
 
 using nlohmann::json;
 
-json entry(const char* name, json value, const std::string& text, const std::string& reason) {
-  return {{"name", name}, {"value", std::move(value)}, {"text", text}, {"reason", reason}};
-}
-
 const char* linear_solver_reason(solvers::modes::LinearSolver solver) {
   switch (solver) {
     case solvers::modes::LinearSolver::direct:
@@ -30,43 +26,43 @@ const char* linear_solver_reason(solvers::modes::LinearSolver solver) {
 
 }  // namespace
 
-json plan_solver(const configuration::BuildConfig& config) {
+std::vector<SolverChoice> plan_solver(const configuration::BuildConfig& config) {
   const bool refined = config.pitch_cents > 0;
   const double size = config.mesh.element_size;
   const solvers::modes::Band& band = config.band;
-  json list = json::array();
-  list.push_back(entry("order", config.mesh.order, fmt::format("{}", config.mesh.order),
-                       refined ? "the first setting; the pitch target chooses from 2 to 4"
-                               : "of the elements, the same for every body"));
-  list.push_back(entry("element_size", size > 0 ? json(size) : json(),
-                       size > 0 ? fmt::format("{:.4g} m", size) : "automatic",
-                       std::string(size > 0 ? "largest edge"
-                                            : "from each body's thickness and "
-                                              "curvature") +
-                           (refined ? "; the first setting" : "")));
-  list.push_back(entry("max_elements", config.mesh.max_elements,
-                       fmt::format("{}", config.mesh.max_elements),
-                       "a body that needs more fails, with the size that would fit"));
-  list.push_back(entry("pitch_target", refined ? json(config.pitch_cents) : json(),
-                       refined ? fmt::format("{:.4g} cents", config.pitch_cents) : "none",
-                       refined ? "each body is refined until its worst mode's estimate is below it"
-                               : "solver.pitch_cents is 0: errors are estimated, meshes are kept"));
-  list.push_back(entry("band", {band.min_frequency, band.max_frequency},
-                       fmt::format("{:.6g} to {:.6g} Hz", band.min_frequency, band.max_frequency),
-                       "wider in a solve that serves several materials or sizes"));
-  list.push_back(entry("max_modes", band.max_modes, fmt::format("{}", band.max_modes),
-                       "the lowest so many in the band of each material and size"));
+  std::vector<SolverChoice> list;
+  list.push_back({"order", config.mesh.order, fmt::format("{}", config.mesh.order),
+                  refined ? "the first setting; the pitch target chooses from 2 to 4"
+                          : "of the elements, the same for every body"});
+  list.push_back({"element_size", size > 0 ? json(size) : json(),
+                  size > 0 ? fmt::format("{:.4g} m", size) : "automatic",
+                  std::string(size > 0 ? "largest edge"
+                                       : "from each body's thickness and "
+                                         "curvature") +
+                      (refined ? "; the first setting" : "")});
+  list.push_back({"max_elements", config.mesh.max_elements,
+                  fmt::format("{}", config.mesh.max_elements),
+                  "a body that needs more fails, with the size that would fit"});
+  list.push_back({"pitch_target", refined ? json(config.pitch_cents) : json(),
+                  refined ? fmt::format("{:.4g} cents", config.pitch_cents) : "none",
+                  refined ? "each body is refined until its worst mode's estimate is below it"
+                          : "solver.pitch_cents is 0: errors are estimated, meshes are kept"});
+  list.push_back({"band", json{band.min_frequency, band.max_frequency},
+                  fmt::format("{:.6g} to {:.6g} Hz", band.min_frequency, band.max_frequency),
+                  "wider in a solve that serves several materials or sizes"});
+  list.push_back({"max_modes", band.max_modes, fmt::format("{}", band.max_modes),
+                  "the lowest so many in the band of each material and size"});
   const std::string eigen_solver(solvers::modes::name_of(config.solver.solver));
   list.push_back(
-      entry("eigen_solver", eigen_solver, eigen_solver,
-            "dense instead for a few hundred unknowns; LOBPCG in place of block Lanczos where "
-            "linear solves are iterative"));
+      {"eigen_solver", eigen_solver, eigen_solver,
+       "dense instead for a few hundred unknowns; LOBPCG in place of block Lanczos where "
+       "linear solves are iterative"});
   const std::string linear_solver(solvers::modes::name_of(config.solver.linear_solver));
-  list.push_back(entry("linear_solver", linear_solver, linear_solver,
-                       linear_solver_reason(config.solver.linear_solver)));
-  list.push_back(entry("memory_limit", config.solver.memory_limit,
-                       core::human_binary_bytes(static_cast<double>(config.solver.memory_limit)),
-                       "of each modes task, all ranks of its group together"));
+  list.push_back({"linear_solver", linear_solver, linear_solver,
+                  linear_solver_reason(config.solver.linear_solver)});
+  list.push_back({"memory_limit", config.solver.memory_limit,
+                  core::human_binary_bytes(static_cast<double>(config.solver.memory_limit)),
+                  "of each modes task, all ranks of its group together"});
   return list;
 }
 

@@ -20,7 +20,6 @@ namespace carillon::dataset::regenerate {
 
 using core::Hdf5Group;
 using core::InputError;
-using nlohmann::json;
 namespace fs = std::filesystem;
 
 namespace {
@@ -128,9 +127,9 @@ plan::Shape with_mesh(const stored::StoredDataset& dataset, plan::Shape shape,
 /// had to be solved again beside links to the others.
 samples::BuildFolders folders_with_modes(const stored::StoredDataset& dataset,
                                          const run::LoadedBuild& build, const plan::Sample& sample,
-                                         const mpi::Context& context, const fs::path& temporary,
-                                         core::Trace& trace, json& report) {
-  const samples::BuildFolders stored{dataset.folder, context.cache}, own{temporary, context.cache};
+                                         const std::string& cache, const fs::path& temporary,
+                                         core::Trace& trace, std::vector<SolvedAgain>& again) {
+  const samples::BuildFolders stored{dataset.folder, cache}, own{temporary, cache};
   const std::vector<std::size_t> shapes = plan::shapes_of(build.plan, sample);
   std::map<std::size_t, std::string> whys;
   for (const std::size_t s : shapes) {
@@ -149,7 +148,7 @@ samples::BuildFolders folders_with_modes(const stored::StoredDataset& dataset,
     }
     samples::run_modes_task(build.config, with_mesh(dataset, shape, build.config), own,
                             MPI_COMM_SELF, trace);
-    report["modes"].push_back({{"shape", shape.id}, {"why", whys[s]}});
+    again.push_back({shape.id, whys[s]});
   }
   return own;
 }
@@ -189,7 +188,7 @@ fs::path wav_path(const RegenerateOptions& options, const std::string& key) {
 
 }  // namespace
 
-json regenerate(const RegenerateOptions& options, const mpi::Context& context) {
+Regenerated regenerate(const RegenerateOptions& options) {
   const stored::StoredDataset dataset = stored::open_dataset(options.dataset, options.inputs);
   const std::vector<std::string> rows = stored_keys(dataset.folder);
   std::vector<std::string> keys;
@@ -198,39 +197,36 @@ json regenerate(const RegenerateOptions& options, const mpi::Context& context) {
       options.overrides.empty() ? dataset.build : stored::changed_build(dataset, options.overrides);
   stored::require_inputs(dataset, build.config);
 
-  json report = {{"dataset", options.dataset}, {"changed", options.overrides},
-                 {"samples", json::array()},   {"versions", stored::other_versions(dataset)},
-                 {"doubts", dataset.doubts},   {"modes", json::array()}};
+  Regenerated out{.dataset = options.dataset,
+                  .changed = options.overrides,
+                  .versions = stored::other_versions(dataset),
+                  .doubts = dataset.doubts};
   const core::TemporaryFolder temporary;
   core::Trace trace;
   std::map<std::size_t, samples::AddRow> makers;  // by shape
   for (const std::string& key : keys) {
     const plan::Sample& sample = find_sample(build.plan, key);
     if (!makers.contains(sample.shape)) {
-      const samples::BuildFolders folders =
-          folders_with_modes(dataset, build, sample, context, temporary.path(), trace, report);
+      const samples::BuildFolders folders = folders_with_modes(
+          dataset, build, sample, options.cache, temporary.path(), trace, out.modes);
       makers[sample.shape] =
           samples::row_maker(build.config, build.plan, sample.shape, folders, trace);
     }
     core::Columns made(scene::columns());
     const samples::SampleResult result = makers[sample.shape](sample, made);
     const Place place = find_stored(dataset, find_sample(dataset.build.plan, key));
-    json entry = {{"key", key}, {"id", sample.id}, {"stored", place.shard.has_value()}};
-    entry["identical"] = nullptr;
-    if (place.shard) {
-      entry["differences"] = differences(made, *place.shard, place.row);
-      entry["identical"] = entry["differences"].empty();
-    }
-    entry["record"] = made.last_row(core::kLongestShown);
+    RegeneratedSample entry{.key = key, .id = sample.id, .stored = place.shard.has_value()};
+    if (place.shard) entry.differences = differences(made, *place.shard, place.row);
+    entry.record = made.last_row(core::kLongestShown);
     if (!options.output.empty()) {
       const fs::path path = wav_path(options, key);
       if (path.has_parent_path()) fs::create_directories(path.parent_path());
       core::write_wav(path, scene::clip_of(result.sound), build.config.scene.audio.dtype);
-      entry["wav"] = path.string();
+      entry.wav = path.string();
     }
-    report["samples"].push_back(std::move(entry));
+    out.samples.push_back(std::move(entry));
   }
-  return report;
+  return out;
 }
 
 }  // namespace carillon::dataset::regenerate

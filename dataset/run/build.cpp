@@ -5,12 +5,12 @@
 #include <optional>
 
 #include "core/error.hpp"
-#include "dataset/plan/task_times.hpp"
-#include "dataset/run/detail/last_words.hpp"
 #include "dataset/run/keep_trace.hpp"
 #include "dataset/run/run_builds.hpp"
 #include "mpi/comm.hpp"
+#include "mpi/exit_code.hpp"
 #include "mpi/folder_lock.hpp"
+#include "mpi/made_by.hpp"
 
 namespace carillon::dataset::run {
 
@@ -30,60 +30,91 @@ void refuse_sweep(const fs::path& output) {
 }
 
 /// The sweep that a folder is a variant of; "" where it is none. The same on every rank.
-fs::path sweep_around(const fs::path& output, const mpi::Context& context) {
+fs::path sweep_around(const fs::path& output, MPI_Comm world) {
   std::string found;
-  mpi::agreed(context.world, [&] {
-    if (!context.speaks()) return;
+  mpi::agreed(world, [&] {
+    if (mpi::rank(world) != 0) return;
     const fs::path inside = fs::absolute(output / "x").lexically_normal().parent_path();
     if (is_sweep(inside.parent_path())) found = inside.parent_path().string();
   });
-  return mpi::broadcast(found, 0, context.world);
+  return mpi::broadcast(found, 0, world);
+}
+
+/// What a finished or interrupted build says.
+struct Summary {
+  std::string output;
+  std::size_t shapes = 0;
+  Results results{};
+  std::int64_t tasks_run = 0;
+  bool interrupted = false;
+};
+
+nlohmann::json to_json(const Summary& summary) {
+  return {{"output", summary.output},
+          {"shapes", summary.shapes},
+          {"samples", summary.results.samples},
+          {"tasks_run", summary.tasks_run},
+          {"failed_tasks", summary.results.failed},
+          {"missed_pitch_targets", summary.results.missed},
+          {"interrupted", summary.interrupted}};
+}
+
+std::string summary_text(const Summary& summary) {
+  const auto& [output, shapes, results, tasks_run, interrupted] = summary;
+  std::string text =
+      tasks_run == 0 && !interrupted
+          ? fmt::format("nothing to do: {} {} {} samples of {} shapes\n", output,
+                        results.failed > 0 ? "holds" : "is complete with", results.samples, shapes)
+          : fmt::format("{}: {} samples of {} shapes, {} tasks run\n", output, results.samples,
+                        shapes, tasks_run);
+  if (interrupted) text += "interrupted: run the same command to go on\n";
+  if (!results.missed.empty()) {
+    text += fmt::format("{} of {} shapes missed the pitch target: dataset.json says by how much\n",
+                        results.missed.size(), shapes);
+  }
+  if (results.failed > 0) {
+    text += fmt::format("{} failed tasks: {}/failures.json says why\n", results.failed, output);
+  }
+  return text;
 }
 
 }  // namespace
 
-int run_build(const BuildOptions& options, const mpi::Context& context) {
-  return run_build(load_build(options, context.world), options, context);
-}
-
-int run_build(LoadedBuild build, const BuildOptions& options, const mpi::Context& context) {
+int run_build(LoadedBuild build, const BuildOptions& options, MPI_Comm world) {
   std::vector<BuildRun> builds(1);
   BuildRun& run = builds.front();
   run.build = std::move(build);
   const std::string output = options.output.empty() ? run.build.config.name : options.output;
-  run.folders = {output, context.cache};
+  run.folders = {output, options.cache};
   std::optional<mpi::FolderLock> sweep_lock;
-  if (const fs::path sweep = sweep_around(output, context); !sweep.empty()) {
-    sweep_lock.emplace(sweep, context.world, lock_timeout_s);
+  if (const fs::path sweep = sweep_around(output, world); !sweep.empty()) {
+    sweep_lock.emplace(sweep, world, lock_timeout_s);
   }
-  const mpi::FolderLock lock(run.folders.output, context.world, lock_timeout_s);
-  mpi::agreed(context.world, [&] {
-    if (context.speaks()) refuse_sweep(output);
+  const mpi::FolderLock lock(run.folders.output, world, lock_timeout_s);
+  const bool host = mpi::rank(world) == 0;
+  mpi::agreed(world, [&] {
+    if (host) refuse_sweep(output);
   });
 
-  const auto summary_of = [&](const Results& results, std::int64_t tasks_run, bool interrupted) {
-    return Summary{output,          run.build.plan.shapes.size(),
-                   results.samples, tasks_run,
-                   results.failed,  interrupted,
-                   results.missed};
-  };
-  RunRequest request{builds, output, options.retry_failed};
+  const std::size_t shapes = run.build.plan.shapes.size();
+  RunRequest request{builds, output, options.retry_failed, options.quiet};
   request.tell_interrupted = [&](const std::vector<Results>& results, std::int64_t tasks_run) {
-    print(summary_of(results.front(), tasks_run, true), context.json);
+    const Summary summary{output, shapes, results.front(), tasks_run, true};
+    if (options.tell_interrupted) options.tell_interrupted(summary_text(summary), to_json(summary));
   };
-  return run_builds(request, context, [&](RunOutcome& outcome) {
+  return run_builds(request, world, [&](RunOutcome& outcome) {
     int exit_code = mpi::exit_done;
-    mpi::agreed(context.world, [&] {
-      if (!context.speaks()) return;
+    mpi::agreed(world, [&] {
+      if (!host) return;
       const auto& [finished, tasks_run, results] = outcome.builds.front();
-      const Summary summary = summary_of(results, tasks_run, outcome.interrupted);
-      nlohmann::json trace = describe_trace(run.build, finished, results);
-      keep_trace(output, trace, &outcome, context);
-      if (summary.tasks_run > 0 && !context.json) {
-        fmt::print("{}", plan::run_text(trace.at("runs").back()));
-      }
-      if (options.tell || outcome.interrupted) print(summary, context.json);
-      exit_code = summary.exit_code();
+      const Summary summary{output, shapes, results, tasks_run, outcome.interrupted};
+      const auto ran = keep_trace(output, folder_trace(run.build, finished, results), &outcome,
+                                  mpi::made_by(options.command, world));
+      const core::Tell& tell = outcome.interrupted ? options.tell_interrupted : options.tell;
+      if (tell) tell((ran ? plan::run_text(*ran) : "") + summary_text(summary), to_json(summary));
+      exit_code = outcome.interrupted  ? mpi::exit_interrupted
+                  : results.failed > 0 ? mpi::exit_failures
+                                       : mpi::exit_done;
     });
     return exit_code;
   });

@@ -1,11 +1,12 @@
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include <mpi.h>
+
 #include <string>
 #include <vector>
 
+#include "core/tell.hpp"
 #include "dataset/plan/plan.hpp"
-#include "mpi/context.hpp"
 
 namespace carillon::dataset::run {
 
@@ -14,7 +15,11 @@ struct BuildOptions {
   std::string output;                  ///< "": a folder named as the configuration
   std::vector<std::string> overrides;  ///< --set key=value
   bool retry_failed = false;
-  bool tell = true;  ///< on standard output, what came of it; a run that is cut short always does
+  std::string cache{};            ///< folder of meshes and modes; empty: none is kept
+  std::string command{};          ///< as it was typed, for trace.json
+  bool quiet = false;             ///< no progress lines
+  core::Tell tell{};              ///< what came of it; may be empty
+  core::Tell tell_interrupted{};  ///< the same of a run that is cut short
 };
 
 /// A configuration as every rank sees it, and what it expands to.
@@ -45,14 +50,9 @@ void check_alike(const std::string& fingerprint, MPI_Comm world);
 /// @note Collective on world.
 LoadedBuild load_build(const BuildOptions& options, MPI_Comm world);
 
-/// What `carillon plan` tells of a build; docs/guide.md names the fields.
-nlohmann::json describe_plan(const LoadedBuild& build);
-
 /// Builds the dataset, or carries on where an earlier run of the same configuration stopped.
 /// @return exit code
-/// @note Collective on the context's world.
-int run_build(const BuildOptions& options, const mpi::Context& context);
-/// The same of a build that is loaded.
-int run_build(LoadedBuild build, const BuildOptions& options, const mpi::Context& context);
+/// @note Collective on world.
+int run_build(LoadedBuild build, const BuildOptions& options, MPI_Comm world);
 
 }  // namespace carillon::dataset::run

@@ -11,11 +11,18 @@ namespace carillon::dataset::run {
 /// Up to this many bytes, every file of a folder is read again when a build goes on.
 constexpr std::uint64_t read_always_bytes = std::uint64_t{1} << 30;
 
+/// A file as journal and dataset.json list it.
+struct ListedFile {
+  std::string path{};  ///< from the dataset's folder
+  std::string sha256{};
+  std::uint64_t bytes = 0;
+};
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ListedFile, path, sha256, bytes)
+
 /// What is wrong with a file: "is missing", "has 3 bytes instead of 4", "cannot be read: ..."; ""
 /// for nothing.
-/// @param listed   its `sha256` and `bytes`
 /// @param read_it  compares its contents too
-std::string damage_of(const std::filesystem::path& path, const nlohmann::json& listed,
+std::string damage_of(const std::filesystem::path& path, const ListedFile& listed,
                       bool read_it = true);
 
 /// Takes out the entries whose files are missing, of another size or of other contents, so that

@@ -137,7 +137,8 @@ nlohmann::json describe_shapes(const plan::BuildPlan& plan, const nlohmann::json
 
 nlohmann::json describe_dataset(const configuration::BuildConfig& config,
                                 const plan::BuildPlan& plan, std::size_t samples,
-                                const nlohmann::json& pitch_targets, const nlohmann::json& files) {
+                                const nlohmann::json& pitch_targets,
+                                const std::vector<ListedFile>& files) {
   nlohmann::json missed = nlohmann::json::array();
   for (const plan::Shape& shape : plan.shapes) {
     if (pitch_targets.contains(shape.id) && !pitch_targets.at(shape.id).at("met").get<bool>()) {

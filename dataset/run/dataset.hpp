@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "dataset/run/check_files.hpp"
 #include "dataset/run/joined_files.hpp"
 #include "dataset/samples/modes_task.hpp"
 
@@ -23,10 +24,11 @@ void write_index(const configuration::BuildConfig& config, const plan::BuildPlan
 /// date, host or timing.
 /// @param samples   number of samples in the index
 /// @param pitch_targets  by a shape's id, as ModesTaskResult::pitch_target
-/// @param files     `path, sha256, bytes` of every file of the dataset
+/// @param files     every file of the dataset
 nlohmann::json describe_dataset(const configuration::BuildConfig& config,
                                 const plan::BuildPlan& plan, std::size_t samples,
-                                const nlohmann::json& pitch_targets, const nlohmann::json& files);
+                                const nlohmann::json& pitch_targets,
+                                const std::vector<ListedFile>& files);
 
 /// Versions of this program (`carillon`, and `revision` where it was built from a clone) and of the
 /// libraries that results depend on.

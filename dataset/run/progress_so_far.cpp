@@ -26,12 +26,12 @@ std::map<std::string, json> finished_tasks(const std::vector<json>& journal) {
   return finished;
 }
 
-json describe_files(const std::vector<std::string>& written, const std::filesystem::path& output) {
-  json files = json::array();
+std::vector<ListedFile> describe_files(const std::vector<std::string>& written,
+                                       const std::filesystem::path& output) {
+  std::vector<ListedFile> files;
   for (const std::string& path : written) {
-    files.push_back({{"path", path},
-                     {"sha256", core::sha256_file(output / path)},
-                     {"bytes", std::filesystem::file_size(output / path)}});
+    files.push_back(
+        {path, core::sha256_file(output / path), std::filesystem::file_size(output / path)});
   }
   return files;
 }
@@ -50,7 +50,7 @@ Gathered gather(const plan::BuildPlan& plan, const std::map<std::string, json>& 
     if (entry.contains("pitch_target")) {
       all.pitch_targets[plan.shapes[task.shape].id] = entry.at("pitch_target");
     }
-    for (const json& file : entry.at("files")) all.files.push_back(file);
+    for (const json& file : entry.at("files")) all.files.push_back(file.get<ListedFile>());
   }
   return all;
 }

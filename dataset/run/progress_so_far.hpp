@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "dataset/run/build.hpp"
+#include "dataset/run/check_files.hpp"
 #include "dataset/run/joined_files.hpp"
 #include "dataset/samples/modes_task.hpp"
 
@@ -16,15 +17,15 @@ namespace carillon::dataset::run {
 /// there is check_files.hpp's matter.
 std::map<std::string, nlohmann::json> finished_tasks(const std::vector<nlohmann::json>& journal);
 
-/// `path, sha256, bytes` of files, for journal and dataset.json.
-nlohmann::json describe_files(const std::vector<std::string>& written,
-                              const std::filesystem::path& output);
+/// Files that were written, for journal and dataset.json.
+std::vector<ListedFile> describe_files(const std::vector<std::string>& written,
+                                       const std::filesystem::path& output);
 
 /// What finished tasks add up to.
 struct Gathered {
-  std::vector<std::size_t> done;                   ///< samples tasks of the plan, ascending
-  std::size_t samples = 0;                         ///< of these tasks
-  nlohmann::json files = nlohmann::json::array();  ///< as describe_files has them
+  std::vector<std::size_t> done;  ///< samples tasks of the plan, ascending
+  std::size_t samples = 0;        ///< of these tasks
+  std::vector<ListedFile> files;
   nlohmann::json pitch_targets = nlohmann::json::object();  ///< by a shape's id
 };
 Gathered gather(const plan::BuildPlan& plan, const std::map<std::string, nlohmann::json>& finished);

@@ -20,6 +20,7 @@
 #include "dataset/run/trace_json.hpp"
 #include "dataset/samples/samples_task.hpp"
 #include "mpi/comm.hpp"
+#include "mpi/exit_code.hpp"
 #include "mpi/interrupt.hpp"
 #include "mpi/running_task.hpp"
 
@@ -42,8 +43,12 @@ void tell_warnings(const std::vector<BuildRun>& builds) {
 /// All builds of a run while it goes on.
 class Runner {
  public:
-  Runner(const RunRequest& request, const mpi::Context& context)
-      : request_(request), context_(context), builds_(request.builds), state_(request.builds) {
+  Runner(const RunRequest& request, MPI_Comm world)
+      : request_(request),
+        world_(world),
+        host_(mpi::rank(world) == 0),
+        builds_(request.builds),
+        state_(request.builds) {
     outcome_.builds.resize(builds_.size());
   }
 
@@ -56,7 +61,8 @@ class Runner {
   void write_results();
 
   const RunRequest& request_;
-  const mpi::Context& context_;
+  const MPI_Comm world_;
+  const bool host_;
   const std::vector<BuildRun>& builds_;
   RunState state_;
   std::unique_ptr<IndexKeeper> index_;  ///< the host's, where something is left to do
@@ -104,7 +110,8 @@ mpi::ServiceHooks Runner::hooks(LastWords& last_words, core::Progress& progress,
       throw core::StorageError(entry.at("message"), entry.value("hint", ""));
     }
     entry["ok"] = ended.ok;
-    entry["times"] = plan::describe_times(task, ended.times, state_.run());
+    entry["times"] = plan::to_json(
+        plan::TaskRow{task.key, task.kind, state_.run(), task.cost / task.width, ended.times});
     const std::int64_t number = state_.number_of(task.key);
     const std::size_t build = state_.place_of(number).build;
     last_words.count([&] { index_->add(build, state_.record(number, std::move(entry))); });
@@ -132,8 +139,8 @@ void Runner::keep_index() {
 
 /// What the folders hold now, on the host.
 void Runner::write_results() {
-  mpi::agreed(context_.world, [&] {
-    if (!context_.speaks()) return;
+  mpi::agreed(world_, [&] {
+    if (!host_) return;
     std::vector<Results> results;
     if (index_) results = index_->finish();
     for (std::size_t b = 0; b < builds_.size(); ++b) {
@@ -148,37 +155,36 @@ void Runner::write_results() {
 }
 
 int Runner::run(const std::function<int(RunOutcome&)>& finish) {
-  const bool host = context_.speaks();
   mpi::TaskBoard board =
-      state_.take_over(request_.output, request_.order, request_.retry_failed, context_.world);
+      state_.take_over(request_.output, request_.order, request_.retry_failed, world_);
   const bool idle = board.count(mpi::TaskState::waiting) == 0;
-  if (host && !idle) {
+  if (host_ && !idle) {
     tell_warnings(builds_);
     keep_index();
   }
   const double expected = board.total_cost();
-  core::Progress progress("build", expected, context_.quiet || context_.json || !host || idle);
+  core::Progress progress("build", expected, request_.quiet || !host_ || idle);
   LastWords last_words(index_.get(), request_.tell_interrupted);
   const mpi::InterruptGuard guard(last_words.leaving());
   std::optional<mpi::RunningTask> running;
-  mpi::agreed(context_.world, [&] {
-    running.emplace(running_file(request_.output, mpi::rank(context_.world)), mpi::exit_overdue);
+  mpi::agreed(world_, [&] {
+    running.emplace(running_file(request_.output, mpi::rank(world_)), mpi::exit_overdue);
   });
   mpi::RunReport report = mpi::run_tasks(
-      context_.world, std::move(board), hooks(last_words, progress, expected),
+      world_, std::move(board), hooks(last_words, progress, expected),
       [&](std::int64_t number, MPI_Comm group) { return run_task(number, group, *running); },
-      mpi::describe_machine(context_.world, builds_.front().build.config.ranks.memory_per_node));
+      mpi::describe_machine(world_, builds_.front().build.config.ranks.memory_per_node));
   running.reset();
   last_words.keep();
   progress.finish("");
 
   outcome_.run = state_.run();
   outcome_.interrupted = report.interrupted;
-  outcome_.ranks = plan::gather_times(report.times, context_.world);
+  outcome_.ranks = plan::gather_times(report.times, world_);
   outcome_.calibration = std::move(report.calibration);
   write_results();
   const int code = finish(outcome_);
-  return std::stoi(mpi::broadcast(std::to_string(code), 0, context_.world));
+  return std::stoi(mpi::broadcast(std::to_string(code), 0, world_));
 }
 
 }  // namespace
@@ -189,9 +195,9 @@ std::int64_t RunOutcome::tasks_run() const {
   return sum;
 }
 
-int run_builds(const RunRequest& request, const mpi::Context& context,
+int run_builds(const RunRequest& request, MPI_Comm world,
                const std::function<int(RunOutcome&)>& finish) {
-  return Runner(request, context).run(finish);
+  return Runner(request, world).run(finish);
 }
 
 }  // namespace carillon::dataset::run

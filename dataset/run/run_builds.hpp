@@ -24,6 +24,7 @@ struct RunRequest {
   const std::vector<BuildRun>& builds;
   std::filesystem::path output;  ///< where the run as a whole keeps what it keeps
   bool retry_failed = false;
+  bool quiet = false;  ///< no progress lines
   OrderTasks order{};
   TellInterrupted tell_interrupted{};
 };
@@ -57,8 +58,8 @@ constexpr double lock_timeout_s = 10;
 /// @return what `finish` returned on the host
 /// @throws ConfigError, FileError, StorageError  a folder was built from something else, or cannot
 ///         be written; on every rank alike
-/// @note Collective on the context's world.
-int run_builds(const RunRequest& request, const mpi::Context& context,
+/// @note Collective on world.
+int run_builds(const RunRequest& request, MPI_Comm world,
                const std::function<int(RunOutcome&)>& finish);
 
 }  // namespace carillon::dataset::run

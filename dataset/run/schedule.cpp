@@ -6,24 +6,14 @@
 
 #include "core/error.hpp"
 #include "dataset/plan/disk.hpp"
-#include "dataset/plan/task_times.hpp"
 #include "dataset/run/costs.hpp"
 #include "dataset/run/detail/measured_times.hpp"
-#include "mpi/simulation.hpp"
 
 namespace carillon::dataset::run {
 
-using nlohmann::json;
-
 namespace {
 
-struct Files {
-  std::size_t modes = 0, shards = 0, wav = 0, png = 0, others = 0;
-  double shard_bytes = 0, largest_shard_bytes = 0;
-  std::size_t largest_folder = 0;
-};
-
-void add_files(const LoadedBuild& build, Files& files) {
+void add_files(const LoadedBuild& build, FileCounts& files) {
   const plan::BuildPlan& plan = build.plan;
   std::size_t shards = 0, most = 0;
   for (const plan::BuildTask& task : plan.tasks) {
@@ -49,18 +39,11 @@ void add_files(const LoadedBuild& build, Files& files) {
       std::max({files.largest_folder, plan.shapes.size(), shards, largest_sounds});
 }
 
-json describe_files(std::span<const LoadedBuild> builds) {
-  Files files;
+FileCounts count_files(std::span<const LoadedBuild> builds) {
+  FileCounts files;
   for (const LoadedBuild& build : builds) add_files(build, files);
   if (builds.size() > 1) files.others += 4;  // a sweep's two tables, sweep.json and trace.json
-  return {{"count", files.modes + files.shards + files.wav + files.png + files.others},
-          {"modes", files.modes},
-          {"shards", files.shards},
-          {"wav", files.wav},
-          {"png", files.png},
-          {"shard_bytes", files.shard_bytes},
-          {"largest_shard_bytes", files.largest_shard_bytes},
-          {"largest_folder", files.largest_folder}};
+  return files;
 }
 
 std::filesystem::path trace_file(const std::filesystem::path& path) {
@@ -76,31 +59,10 @@ std::string limit_of(const mpi::Schedule& schedule) {
   return "order of tasks";
 }
 
-json describe(const mpi::Schedule& schedule, const std::vector<mpi::Task>& tasks,
-              const mpi::SimulatedRanks& on) {
-  const double span = schedule.makespan;
-  const auto last = static_cast<std::size_t>(schedule.last_task);
-  return {{"ranks", on.ranks},
-          {"nodes", (on.ranks - 1) / on.ranks_per_node + 1},
-          {"makespan_s", span},
-          {"efficiency", schedule.efficiency},
-          {"all_at_work_until_s", schedule.all_at_work_until},
-          {"half_at_work_until_s", schedule.half_at_work_until},
-          {"straggler_fraction", span > 0 ? 1 - schedule.all_at_work_until / span : 0},
-          {"shared_work_s", schedule.shared_work},
-          {"longest_chain_s", schedule.longest_chain},
-          {"last_task", schedule.last_task < 0 ? "" : tasks[last].key},
-          {"idle_s", schedule.idle},
-          {"memory_wait_s", schedule.memory_wait},
-          {"refused_tasks", schedule.refused},
-          {"node_memory_bytes", schedule.node_memory},
-          {"limited_by", limit_of(schedule)}};
-}
-
 }  // namespace
 
-json simulate_builds(std::span<const LoadedBuild> builds, const std::vector<mpi::Task>& tasks,
-                     const ScheduleOptions& options) {
+Simulation simulate_builds(std::span<const LoadedBuild> builds, const std::vector<mpi::Task>& tasks,
+                           const ScheduleOptions& options) {
   for (const int ranks : options.ranks) {
     if (ranks < 1 || options.ranks_per_node < 0) {
       throw core::InputError("--ranks and --ranks-per-node are numbers from 1 up");
@@ -111,17 +73,13 @@ json simulate_builds(std::span<const LoadedBuild> builds, const std::vector<mpi:
   const TaskSeconds times = expected_seconds(tasks, measured);
   const auto longest =
       std::max_element(times.seconds.begin(), times.seconds.end()) - times.seconds.begin();
-  json out = {{"tasks",
-               {{"count", tasks.size()},
-                {"measured", times.measured},
-                {"ratio", times.ratio},
-                {"longest", tasks[static_cast<std::size_t>(longest)].key},
-                {"longest_s", times.seconds[static_cast<std::size_t>(longest)]}}},
-              {"files", describe_files(builds)}};
-  if (!options.trace.empty()) {
-    const json runs = plan::earlier_runs(trace_file(options.trace));
-    if (!runs.empty()) out["last_run"] = runs.back();
-  }
+  Simulation out{.tasks = tasks.size(),
+                 .measured = times.measured,
+                 .ratio = times.ratio,
+                 .longest = tasks[static_cast<std::size_t>(longest)].key,
+                 .longest_s = times.seconds[static_cast<std::size_t>(longest)],
+                 .files = count_files(builds)};
+  if (!options.trace.empty()) out.last_run = plan::last_run(trace_file(options.trace));
   const std::int64_t given = builds.front().config.ranks.memory_per_node;
   for (const int ranks : options.ranks) {
     const int on_node = options.ranks_per_node > 0 ? options.ranks_per_node : ranks;
@@ -130,13 +88,14 @@ json simulate_builds(std::span<const LoadedBuild> builds, const std::vector<mpi:
         .ranks = ranks,
         .ranks_per_node = on_node,
         .node_memory = given > 0 ? std::max<std::int64_t>(1, given - idle) : 0};
-    out["schedules"].push_back(
-        describe(mpi::simulate(mpi::TaskBoard(tasks), times.seconds, on), tasks, on));
+    const mpi::Schedule went = mpi::simulate(mpi::TaskBoard(tasks), times.seconds, on);
+    const auto last = static_cast<std::size_t>(went.last_task);
+    out.schedules.push_back({on, went, went.last_task < 0 ? "" : tasks[last].key, limit_of(went)});
   }
   return out;
 }
 
-json simulate_build(const LoadedBuild& build, const ScheduleOptions& options) {
+Simulation simulate_build(const LoadedBuild& build, const ScheduleOptions& options) {
   return simulate_builds({&build, 1}, board_tasks(build.plan, build.config), options);
 }
 

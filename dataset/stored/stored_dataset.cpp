@@ -208,14 +208,14 @@ void require_inputs(const StoredDataset& dataset, const configuration::BuildConf
   }
 }
 
-json other_versions(const StoredDataset& dataset) {
-  json others = json::object();
+OtherVersions other_versions(const StoredDataset& dataset) {
+  OtherVersions others;
   if (!dataset.description.is_object()) return others;
   const json stored = dataset.description.value("versions", json::object()),
              here = run::program_versions();
   for (const auto& [name, version] : stored.items()) {
     if (!here.contains(name) || here.at(name) != version) {
-      others[name] = {{"stored", version}, {"here", here.value(name, json())}};
+      others[name] = {version, here.value(name, json())};
     }
   }
   return others;

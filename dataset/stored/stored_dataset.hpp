@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -41,7 +42,13 @@ run::LoadedBuild changed_build(const StoredDataset& dataset,
 ///                     looked for
 void require_inputs(const StoredDataset& dataset, const configuration::BuildConfig& config);
 
-/// Libraries whose versions are others than those of the build: {name: {stored, here}}.
-nlohmann::json other_versions(const StoredDataset& dataset);
+/// A library's version; null where a side does not have it.
+struct OtherVersion {
+  nlohmann::json stored{}, here{};
+};
+using OtherVersions = std::map<std::string, OtherVersion>;  ///< by name
+
+/// Libraries whose versions are others than those of the build.
+OtherVersions other_versions(const StoredDataset& dataset);
 
 }  // namespace carillon::dataset::stored

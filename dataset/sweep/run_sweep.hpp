@@ -1,6 +1,5 @@
 #pragma once
 
-#include "dataset/run/schedule.hpp"
 #include "dataset/sweep/load_sweep.hpp"
 
 namespace carillon::dataset::sweep {
@@ -9,12 +8,7 @@ namespace carillon::dataset::sweep {
 /// where an earlier run stopped; then writes sweep.csv, sweep.json, sweep-timing.csv and
 /// trace.json.
 /// @return exit code
-/// @note Collective on the context's world.
-int run_sweep(const LoadedSweep& loaded, const run::BuildOptions& options,
-              const mpi::Context& context);
-
-/// What `carillon plan` tells of a sweep: its variants, what they share, what all of it costs, and
-/// how it would go on ranks that are asked for.
-void tell_sweep_plan(const LoadedSweep& loaded, const run::ScheduleOptions& schedule, bool as_json);
+/// @note Collective on world.
+int run_sweep(const LoadedSweep& loaded, const run::BuildOptions& options, MPI_Comm world);
 
 }  // namespace carillon::dataset::sweep

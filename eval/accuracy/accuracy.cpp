@@ -30,7 +30,7 @@ double load_average() {
 /// A body whose file is missing gets its stand-in, or is passed over.
 /// @return whether there is a body to measure
 bool find_body(StudiedObject& object, Findings& findings, const std::filesystem::path& output,
-               const mpi::Context& context, MPI_Comm comm) {
+               const std::string& cache, MPI_Comm comm) {
   const std::string& path = object.request.file.path;
   if (path.empty() || std::filesystem::exists(path)) return true;
   if (object.stand_in) {
@@ -38,7 +38,7 @@ bool find_body(StudiedObject& object, Findings& findings, const std::filesystem:
         fmt::format("{} is missing: a noisy {} in its place", path, object.stand_in->shape.family);
     const auto file = output / (object.name + "-stand-in.off");
     mpi::agreed(comm, [&] {
-      if (mpi::rank(comm) == 0) write_stand_in(*object.stand_in, file, context.cache);
+      if (mpi::rank(comm) == 0) write_stand_in(*object.stand_in, file, cache);
     });
     object.request.file = {};
     object.request.file.path = file.string();
@@ -81,13 +81,13 @@ void climb(const AccuracyConfig& config, const StudiedObject& object, LevelRunne
 }
 
 Findings measure_object(const AccuracyConfig& config, StudiedObject object,
-                        const std::filesystem::path& output, const mpi::Context& context,
+                        const std::filesystem::path& output, const std::string& cache,
                         MPI_Comm comm, const std::function<void(const std::string&)>& tell) {
   Findings findings;
   findings.name = object.name;
-  LevelRunner runner(config, object, context, comm);
+  LevelRunner runner(config, object, cache, comm);
   try {
-    if (find_body(object, findings, output, context, comm)) {
+    if (find_body(object, findings, output, cache, comm)) {
       climb(config, object, runner, findings, tell);
     }
   } catch (const core::Error& error) {
@@ -111,15 +111,15 @@ auto found_or_failure(const Climb& climb) -> decltype(climb()) {
 }
 
 StudyFindings measure(const AccuracyConfig& config, const std::filesystem::path& output,
-                      const mpi::Context& context, MPI_Comm comm) {
+                      const AccuracyOptions& options, MPI_Comm world, MPI_Comm comm) {
   const double start = core::monotonic_seconds();
   core::Progress progress("accuracy", static_cast<double>(config.objects.size()),
-                          context.quiet || context.json || !context.speaks());
+                          options.quiet || mpi::rank(world) != 0);
   StudyFindings findings;
   json& document = findings.document;
   document = {{"name", config.name},
               {"carillon", dataset::run::program_versions()},
-              {"made", mpi::made_by(context)},
+              {"made", mpi::made_by(options.command, world)},
               {"machine",
                {{"processor", mpi::processor_name()},
                 {"cores", std::thread::hardware_concurrency()},
@@ -141,7 +141,7 @@ StudyFindings measure(const AccuracyConfig& config, const std::filesystem::path&
   };
   if (config.sound) {
     findings.sound =
-        found_or_failure([&] { return measure_sounds(*config.sound, comm, context.cache); });
+        found_or_failure([&] { return measure_sounds(*config.sound, comm, options.cache); });
     document["sound"] = to_json(*findings.sound);
     keep();
   }
@@ -155,7 +155,7 @@ StudyFindings measure(const AccuracyConfig& config, const std::filesystem::path&
       progress.update(static_cast<double>(i), note);
     };
     findings.objects.push_back(
-        measure_object(config, config.objects[i], output, context, comm, tell));
+        measure_object(config, config.objects[i], output, options.cache, comm, tell));
     document["objects"].push_back(to_json(findings.objects.back()));
     document["finished"] = i + 1 == config.objects.size();
     keep();
@@ -184,11 +184,11 @@ void print(const StudyFindings& findings) {
 }
 
 StudyFindings measure_accuracy(const AccuracyConfig& config, const std::filesystem::path& output,
-                               const mpi::Context& context) {
-  if (config.all_ranks) return measure(config, output, context, context.world);
+                               const AccuracyOptions& options, MPI_Comm world) {
+  if (config.all_ranks) return measure(config, output, options, world, world);
   StudyFindings findings;
-  mpi::agreed(context.world, [&] {
-    if (context.speaks()) findings = measure(config, output, context, MPI_COMM_SELF);
+  mpi::agreed(world, [&] {
+    if (mpi::rank(world) == 0) findings = measure(config, output, options, world, MPI_COMM_SELF);
   });
   return findings;
 }

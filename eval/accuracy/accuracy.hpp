@@ -1,5 +1,7 @@
 #pragma once
 
+#include <mpi.h>
+
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -7,7 +9,6 @@
 #include <vector>
 
 #include "eval/accuracy/findings.hpp"
-#include "mpi/context.hpp"
 
 namespace carillon::eval::accuracy {
 
@@ -15,6 +16,9 @@ struct AccuracyOptions {
   std::string config;
   std::string output;  ///< folder; "": the configuration's name
   std::vector<std::string> overrides;
+  std::string cache{};    ///< folder of meshes and modes; empty: none is kept
+  std::string command{};  ///< as it was typed, for accuracy.json
+  bool quiet = false;     ///< no progress lines
 };
 
 /// What was measured.
@@ -36,8 +40,8 @@ void print(const StudyFindings& findings);
 /// keeps what it measured. A body that fails does not spoil the others.
 /// @param output  folder that exists, for accuracy.json and stand-ins
 /// @return the same on every rank that measures; nothing on others
-/// @note Collective on the context's world.
+/// @note Collective on world.
 StudyFindings measure_accuracy(const AccuracyConfig& config, const std::filesystem::path& output,
-                               const mpi::Context& context);
+                               const AccuracyOptions& options, MPI_Comm world);
 
 }  // namespace carillon::eval::accuracy

@@ -59,8 +59,8 @@ double cpu_seconds() {
 }  // namespace
 
 LevelRunner::LevelRunner(const AccuracyConfig& config, const StudiedObject& object,
-                         const mpi::Context& context, MPI_Comm comm)
-    : config_(config), object_(object), context_(context), comm_(comm) {}
+                         std::string cache, MPI_Comm comm)
+    : config_(config), object_(object), cache_(std::move(cache)), comm_(comm) {}
 
 solvers::modes::Band LevelRunner::target_band() const {
   solvers::modes::Band band;
@@ -108,9 +108,8 @@ const Reference& LevelRunner::reference() {
     request.options.max_elements = config_.max_elements;
     request.options.element_size =
         object_.reference_factor * automatic_size(config_.reference_order);
-    const auto mesh = scene::shared_mesh(request, {}, context_.cache, comm_);
-    modes = solvers::eigen::cached_modes(mesh.mesh, regions(mesh), options, comm_, context_.cache,
-                                         trace);
+    const auto mesh = scene::shared_mesh(request, {}, cache_, comm_);
+    modes = solvers::eigen::cached_modes(mesh.mesh, regions(mesh), options, comm_, cache_, trace);
     reference.solver = "tetrahedra";
     reference.order = config_.reference_order;
     reference.element_size = request.options.element_size;
@@ -142,7 +141,7 @@ double LevelRunner::automatic_size(int order) {
   solvers::mesh::MeshRequest request = object_.request;
   request.options.order = order;
   request.options.max_elements = config_.max_elements;
-  const auto mesh = scene::shared_mesh(request, {}, context_.cache, comm_);
+  const auto mesh = scene::shared_mesh(request, {}, cache_, comm_);
   return automatic_sizes_[order] = solvers::pitch::size_of(mesh.mesh).element_size;
 }
 

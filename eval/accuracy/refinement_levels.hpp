@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "eval/accuracy/accuracy_config.hpp"
-#include "mpi/context.hpp"
 #include "solvers/eigen/solve_modes.hpp"
 #include "solvers/pitch/pitch_target.hpp"
 
@@ -49,8 +48,9 @@ struct Reference {
 class LevelRunner {
  public:
   /// @param object  stays alive as long as the runner
-  LevelRunner(const AccuracyConfig& config, const StudiedObject& object,
-              const mpi::Context& context, MPI_Comm comm);
+  /// @param cache   folder of meshes and modes; empty: none is kept
+  LevelRunner(const AccuracyConfig& config, const StudiedObject& object, std::string cache,
+              MPI_Comm comm);
 
   /// Much finer than any level; kept in the cache. Comes before any level.
   /// @throws SolverError, InputError  there is none, or it has no mode in the band
@@ -89,7 +89,7 @@ class LevelRunner {
 
   const AccuracyConfig& config_;
   const StudiedObject& object_;
-  const mpi::Context& context_;
+  const std::string cache_;
   MPI_Comm comm_;
   Reference reference_;
   std::map<int, double> automatic_sizes_;

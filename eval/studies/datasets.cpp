@@ -8,6 +8,7 @@
 #include "dataset/run/run_builds.hpp"
 #include "dataset/sweep/run_sweep.hpp"
 #include "mpi/comm.hpp"
+#include "mpi/exit_code.hpp"
 
 namespace carillon::eval::studies {
 
@@ -107,14 +108,14 @@ void EvaluatedDatasets::plan(MPI_Comm world) {
   }
 }
 
-std::filesystem::path EvaluatedDatasets::cache(const mpi::Context& context) const {
-  if (context.cache.empty() && sweep_) return output_ / "cache";
-  return context.cache;
+std::filesystem::path EvaluatedDatasets::cache() const {
+  if (options_.cache.empty() && sweep_) return output_ / "cache";
+  return options_.cache;
 }
 
-int EvaluatedDatasets::build(const mpi::Context& context) const {
-  if (sweep_) return dataset::sweep::run_sweep(*sweep_, options_, context);
-  return build_ ? dataset::run::run_build(*build_, options_, context) : mpi::exit_done;
+int EvaluatedDatasets::build(MPI_Comm world) const {
+  if (sweep_) return dataset::sweep::run_sweep(*sweep_, options_, world);
+  return build_ ? dataset::run::run_build(*build_, options_, world) : mpi::exit_done;
 }
 
 }  // namespace carillon::eval::studies

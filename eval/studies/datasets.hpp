@@ -39,18 +39,19 @@ class EvaluatedDatasets {
   EvaluatedDatasets& operator=(const EvaluatedDatasets&) = delete;
 
   const std::string& name() const { return name_; }
+  const dataset::run::BuildOptions& options() const { return options_; }
   /// The configuration's file.
   const std::string& config() const { return options_.config; }
   /// Of all datasets together; what is found goes into `evaluation` in it.
   const std::filesystem::path& output() const { return output_; }
   const std::vector<Condition>& conditions() const { return conditions_; }
   /// For meshes, modes and room responses; what a build without a cache of the user's keeps.
-  std::filesystem::path cache(const mpi::Context& context) const;
+  std::filesystem::path cache() const;
 
   /// Builds what is not there yet.
   /// @return exit code of `carillon build`
-  /// @note Collective on the context's world.
-  int build(const mpi::Context& context) const;
+  /// @note Collective on world.
+  int build(MPI_Comm world) const;
 
  private:
   void plan(MPI_Comm world);

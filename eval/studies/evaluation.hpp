@@ -6,21 +6,22 @@
 
 #include "core/config.hpp"
 #include "eval/studies/datasets.hpp"
-#include "mpi/context.hpp"
+#include "mpi/exit_code.hpp"
 
 namespace carillon::eval::studies {
 
 /// How a section ended; the same on every rank.
 struct EvaluationEnd {
   int exit_code = mpi::exit_done;
-  nlohmann::ordered_json document{};  ///< for --json, on rank 0; null where it was interrupted
+  nlohmann::ordered_json document{};  ///< for a program, on rank 0; null where it was interrupted
+  std::string text{};                 ///< the same for a person
 };
 
 /// Runs what a section asks for on datasets that are built, and keeps what it finds.
 /// @param folder  `evaluation` of the output, which exists and is locked by this run
-/// @note Collective on the context's world.
+/// @note Collective on world.
 using RunEvaluation =
-    std::function<EvaluationEnd(const std::filesystem::path& folder, const mpi::Context& context)>;
+    std::function<EvaluationEnd(const std::filesystem::path& folder, MPI_Comm world)>;
 
 /// One section of `evaluate:`: a question that is put to datasets.
 struct EvaluationSection {
@@ -38,9 +39,10 @@ struct EvaluationSection {
 RunEvaluation read_damping_validation(core::ConfigNode& node, core::ConfigNode& root,
                                       const EvaluatedDatasets& datasets);
 
-/// Writes what a section says of its own work (`trace`: times and counts), with what made it.
+/// Writes what a section says of its own work (`trace`: times and counts).
+/// @param made    of mpi::made_by()
 /// @param worked  whether this run did any of it; an earlier run's file is left alone otherwise
 void keep_evaluation_trace(const std::filesystem::path& path, bool worked,
-                           nlohmann::ordered_json trace, const mpi::Context& context);
+                           nlohmann::ordered_json trace, nlohmann::ordered_json made);
 
 }  // namespace carillon::eval::studies

@@ -85,12 +85,13 @@ TEST(Ranks, MemoryOfANodeIsNoPartOfTheDataset) {
 
 TEST(BusyShare, CountsComputingAgainstHavingNoTask) {
   const auto row = [](double start, double seconds, double cpu, double queued) {
-    return nlohmann::json{{"run", 1},     {"start_s", start},   {"seconds", seconds},
-                          {"cpu_s", cpu}, {"queued_s", queued}, {"width", 1}};
+    return plan::TaskRow{
+        .run = 1, .times = {.start = start, .seconds = seconds, .cpu = cpu, .queued = queued}};
   };
   // Two ranks until the last task begins at 10 s: one without a break, one idle for 2 s, of which
   // it was kept from a processor for 1 s.
-  const nlohmann::json rows{row(0, 10, 10, 0), row(0, 4, 3, 1), row(6, 8, 8, 0), row(10, 5, 5, 0)};
+  const std::vector<plan::TaskRow> rows{row(0, 10, 10, 0), row(0, 4, 3, 1), row(6, 8, 8, 0),
+                                        row(10, 5, 5, 0)};
   std::vector<mpi::RankTimes> ranks(2);
   EXPECT_NEAR(plan::busy_fraction(rows, 1, ranks), 17.0 / 19, 1e-12);
   ranks[1].queued = 2;
@@ -102,29 +103,27 @@ TEST(BusyShare, CountsComputingAgainstHavingNoTask) {
   EXPECT_NEAR(plan::computing_fraction(rows, 1, ranks), 17.0 / 20, 1e-12);
   EXPECT_EQ(plan::computing_fraction(rows, 2, ranks), 1);
   // What a task waits for within itself shows there alone.
-  const nlohmann::json waits{row(0, 10, 5, 0), row(10, 1, 1, 0)};
+  const std::vector<plan::TaskRow> waits{row(0, 10, 5, 0), row(10, 1, 1, 0)};
   EXPECT_EQ(plan::busy_fraction(waits, 1, std::vector<mpi::RankTimes>(1)), 1);
   EXPECT_NEAR(plan::computing_fraction(waits, 1, std::vector<mpi::RankTimes>(1)), 0.5, 1e-12);
   // Others took 4 s of a task of which a half lies before the last one's beginning.
-  const nlohmann::json taken{row(0, 20, 16, 4), row(10, 1, 1, 0)};
+  const std::vector<plan::TaskRow> taken{row(0, 20, 16, 4), row(10, 1, 1, 0)};
   std::vector<mpi::RankTimes> two(2);
   two[0].queued = 4;
   EXPECT_NEAR(plan::computing_fraction(taken, 1, two), 8.0 / 18, 1e-12);
 
   // A group of two computes 12 s in 10, is kept from processors for 2 s, and waits for itself 6 s.
-  nlohmann::json wide = row(0, 10, 12, 2);
-  wide["width"] = 2;
+  plan::TaskRow wide = row(0, 10, 12, 2);
+  wide.times.width = 2;
   EXPECT_NEAR(plan::busy_fraction({wide, row(10, 1, 1, 0)}, 1, std::vector<mpi::RankTimes>(2)),
               12.0 / 18, 1e-12);
 }
 
 TEST(RunText, TellsWhatEachRankWasIdle) {
   const auto text_of = [](std::size_t ranks) {
-    nlohmann::json run = {{"busy_fraction", 0.75},
-                          {"computing_fraction", 0.5},
-                          {"estimates", nlohmann::json::object()}};
+    plan::RunRecord run{.busy_fraction = 0.75, .computing_fraction = 0.5};
     for (std::size_t r = 0; r < ranks; ++r) {
-      run["ranks"].push_back({{"busy_s", 20}, {"idle_s", 0.4 + double((r * 7) % ranks)}});
+      run.ranks.push_back({.busy = 20, .idle = 0.4 + double((r * 7) % ranks)});
     }
     return plan::run_text(run);
   };

@@ -123,9 +123,9 @@ TEST(Plan, FingerprintsTellPlansApart) {
 TEST(Plan, EffectsAreOffUnlessAskedFor) {
   const auto running = [](const std::string& more) {
     std::set<std::string> names;
-    for (const nlohmann::json& effect : scene::describe_effects(bars(1, 1, more).scene, 60)) {
-      EXPECT_FALSE(effect.at("reason").get<std::string>().empty()) << effect;
-      if (effect.at("enabled").get<bool>()) names.insert(effect.at("name"));
+    for (const scene::PlannedEffect& effect : scene::plan_effects(bars(1, 1, more).scene)) {
+      EXPECT_FALSE(effect.reason.empty()) << effect.name;
+      if (effect.enabled) names.insert(effect.name);
     }
     return names;
   };
@@ -141,9 +141,9 @@ TEST(Plan, EffectsAreOffUnlessAskedFor) {
             (Names{"damping", "contact"}));
 }
 
-nlohmann::json effect_of(const configuration::BuildConfig& config, const std::string& name) {
-  for (nlohmann::json& effect : scene::describe_effects(config.scene, 60)) {
-    if (effect.at("name") == name) return effect;
+scene::PlannedEffect effect_of(const configuration::BuildConfig& config, const std::string& name) {
+  for (const scene::PlannedEffect& effect : scene::plan_effects(config.scene)) {
+    if (effect.name == name) return effect;
   }
   throw std::runtime_error("no such effect");
 }
@@ -151,32 +151,28 @@ nlohmann::json effect_of(const configuration::BuildConfig& config, const std::st
 TEST(Plan, ViewsHaveTheirCost) {
   const configuration::BuildConfig config =
       bars(1, 4, "mel: {bands: 64}\nvoxels: {}\ncamera: {}\n");
-  EXPECT_GT(effect_of(config, "mel").at("seconds_per_sound"), 0.0);
-  EXPECT_GT(effect_of(config, "voxels").at("seconds_per_shape"), 0.0);
-  EXPECT_GT(effect_of(config, "frames").at("seconds_per_shape"), 0.0);
+  EXPECT_GT(effect_of(config, "mel").seconds_per_sound, 0.0);
+  EXPECT_GT(effect_of(config, "voxels").seconds_per_shape, 0.0);
+  EXPECT_GT(effect_of(config, "frames").seconds_per_shape, 0.0);
   EXPECT_GT(config.scene.seconds_per_shape(), 0.0);
   EXPECT_EQ(bars(1, 4).scene.seconds_per_shape(), 0.0);
   // Twice the bands are less than twice the cost: the transform is the same.
   const auto mel = [](const std::string& bands) {
-    return effect_of(bars(1, 4, "mel: {bands: " + bands + "}\n"), "mel")
-        .at("seconds_per_sound")
-        .get<double>();
+    return effect_of(bars(1, 4, "mel: {bands: " + bands + "}\n"), "mel").seconds_per_sound;
   };
   EXPECT_GT(mel("128"), 1.2 * mel("64"));
   EXPECT_LT(mel("128"), 2 * mel("64"));
   const configuration::BuildConfig off =
       bars(1, 4, "mel: {}\nvoxels: {}\neffects: {mel: off, voxels: off}\n");
-  EXPECT_EQ(effect_of(off, "mel").at("seconds_per_sound"), 0.0);
-  EXPECT_EQ(effect_of(off, "voxels").at("seconds_per_shape"), 0.0);
+  EXPECT_EQ(effect_of(off, "mel").seconds_per_sound, 0.0);
+  EXPECT_EQ(effect_of(off, "voxels").seconds_per_shape, 0.0);
 }
 
 // A fit serves all sounds and listeners of its body.
 TEST(Plan, AFitCostsTheSameForAnyListeners) {
   const auto fit = [](int strikes, const std::string& more) {
     const std::string ear = "  - position: [0, 0, 1]\n";
-    return effect_of(bars(1, strikes, "listeners:\n" + ear + more), "radiation")
-        .at("seconds_per_sound")
-        .get<double>();
+    return effect_of(bars(1, strikes, "listeners:\n" + ear + more), "radiation").seconds_per_sound;
   };
   const double one = fit(10, "");
   EXPECT_GT(one, 0);
@@ -185,15 +181,12 @@ TEST(Plan, AFitCostsTheSameForAnyListeners) {
 }
 
 TEST(Plan, DampingNamesTheLineOfItsMaterials) {
-  EXPECT_NE(effect_of(bars(1, 1), "damping")
-                .at("reason")
-                .get<std::string>()
-                .find("objects[0].materials: (test.yaml:3), "),
+  EXPECT_NE(effect_of(bars(1, 1), "damping").reason.find("objects[0].materials: (test.yaml:3), "),
             std::string::npos)
-      << effect_of(bars(1, 1), "damping");
+      << effect_of(bars(1, 1), "damping").reason;
   const configuration::BuildConfig shared =
       config_of("seed: 1\nmaterials: [steel]\nobjects:\n  - shape: bar\n");
-  EXPECT_EQ(effect_of(shared, "damping").at("reason"),
+  EXPECT_EQ(effect_of(shared, "damping").reason,
             "materials: (test.yaml:2), every material has damping");
 }
 
@@ -225,32 +218,32 @@ TEST(Plan, ViewsThatAreOffAreNeverRegistered) {
 
 TEST(Plan, SolverIsShownWithItsReasons) {
   const auto solver = [](const std::string& more) {
-    std::map<std::string, nlohmann::json> by_name;
-    for (const auto& entry : plan::plan_solver(bars(1, 1, more))) {
-      EXPECT_FALSE(entry.at("reason").get<std::string>().empty()) << entry;
-      EXPECT_FALSE(entry.at("text").get<std::string>().empty()) << entry;
-      by_name[entry.at("name")] = entry;
+    std::map<std::string, plan::SolverChoice> by_name;
+    for (const plan::SolverChoice& entry : plan::plan_solver(bars(1, 1, more))) {
+      EXPECT_FALSE(entry.reason.empty()) << entry.name;
+      EXPECT_FALSE(entry.text.empty()) << entry.name;
+      by_name[entry.name] = entry;
     }
     return by_name;
   };
   auto usual = solver("");
-  EXPECT_EQ(usual["order"]["value"], 3);
-  EXPECT_EQ(usual["pitch_target"]["value"], nullptr);
-  EXPECT_EQ(usual["element_size"]["value"], nullptr);
-  EXPECT_EQ(usual["linear_solver"]["value"], "automatic");
-  EXPECT_EQ(usual["memory_limit"]["text"], "16.0 GiB");
+  EXPECT_EQ(usual["order"].value, 3);
+  EXPECT_EQ(usual["pitch_target"].value, nullptr);
+  EXPECT_EQ(usual["element_size"].value, nullptr);
+  EXPECT_EQ(usual["linear_solver"].value, "automatic");
+  EXPECT_EQ(usual["memory_limit"].text, "16.0 GiB");
   auto chosen = solver(
       "solver: {pitch_cents: 5, eigen_solver: krylov_schur, linear_solver: iterative, "
       "memory_limit: 4 GiB}\nmodes: {order: 2, element_size: 8 mm, max_modes: 7}\n");
-  EXPECT_EQ(chosen["order"]["value"], 2);
-  EXPECT_NE(chosen["order"]["reason"], usual["order"]["reason"]);
-  EXPECT_EQ(chosen["element_size"]["value"], 0.008);
-  EXPECT_EQ(chosen["pitch_target"]["value"], 5);
-  EXPECT_EQ(chosen["eigen_solver"]["value"], "krylov_schur");
-  EXPECT_EQ(chosen["linear_solver"]["value"], "iterative");
-  EXPECT_EQ(chosen["memory_limit"]["value"], 4ll << 30);
-  EXPECT_EQ(chosen["max_modes"]["value"], 7);
-  EXPECT_EQ(chosen["band"]["value"], nlohmann::json({20, 20000}));
+  EXPECT_EQ(chosen["order"].value, 2);
+  EXPECT_NE(chosen["order"].reason, usual["order"].reason);
+  EXPECT_EQ(chosen["element_size"].value, 0.008);
+  EXPECT_EQ(chosen["pitch_target"].value, 5);
+  EXPECT_EQ(chosen["eigen_solver"].value, "krylov_schur");
+  EXPECT_EQ(chosen["linear_solver"].value, "iterative");
+  EXPECT_EQ(chosen["memory_limit"].value, 4ll << 30);
+  EXPECT_EQ(chosen["max_modes"].value, 7);
+  EXPECT_EQ(chosen["band"].value, nlohmann::json({20, 20000}));
 }
 
 }  // namespace

@@ -116,17 +116,16 @@ TEST_F(ScheduleTest, SaysWhatIsNoTrace) {
 }
 
 TEST_F(ScheduleTest, CountsFilesAndTellsWhatLimits) {
-  const nlohmann::json out =
+  const run::Simulation out =
       run::simulate_build(bars(300), {.ranks = {1, 1000}, .ranks_per_node = 10});
-  EXPECT_EQ(out.at("files").at("shards"), 4);
-  EXPECT_EQ(out.at("files").at("wav"), 600);
-  EXPECT_EQ(out.at("files").at("largest_folder"), 300);
-  const nlohmann::json& one = out.at("schedules").at(0);
-  EXPECT_EQ(one.at("limited_by"), "work");
-  const nlohmann::json& many = out.at("schedules").at(1);
-  EXPECT_EQ(many.at("nodes"), 100);
-  EXPECT_EQ(many.at("limited_by"), "longest chain");
-  EXPECT_DOUBLE_EQ(many.at("makespan_s"), many.at("longest_chain_s"));
+  EXPECT_EQ(out.files.shards, 4u);
+  EXPECT_EQ(out.files.wav, 600u);
+  EXPECT_EQ(out.files.largest_folder, 300u);
+  EXPECT_EQ(out.schedules.at(0).limited_by, "work");
+  const run::SimulatedSchedule& many = out.schedules.at(1);
+  EXPECT_EQ(run::to_json(out).at("schedules").at(1).at("nodes"), 100);
+  EXPECT_EQ(many.limited_by, "longest chain");
+  EXPECT_DOUBLE_EQ(many.went.makespan, many.went.longest_chain);
 }
 
 TEST_F(ScheduleTest, NodesHaveTheMemoryThatTheConfigurationSays) {
@@ -138,28 +137,27 @@ TEST_F(ScheduleTest, NodesHaveTheMemoryThatTheConfigurationSays) {
   const auto on_two = [&](double memory) {
     const double idle = memory > 1 ? 2 * run::idle_rank_bytes : 0;
     build.config.ranks.memory_per_node = static_cast<std::int64_t>(memory + idle);
-    const nlohmann::json out = run::simulate_build(build, {.ranks = {2}});
-    const std::string text = run::schedule_text(out);
-    EXPECT_EQ(text.find("are refused") != std::string::npos,
-              out.at("schedules").at(0).at("refused_tasks") > 0);
-    return out.at("schedules").at(0);
+    const run::Simulation out = run::simulate_build(build, {.ranks = {2}});
+    const std::string text = run::simulation_text(out);
+    EXPECT_EQ(text.find("are refused") != std::string::npos, out.schedules.at(0).went.refused > 0);
+    return out.schedules.at(0);
   };
-  const nlohmann::json free = on_two(0);
-  EXPECT_EQ(free.at("refused_tasks"), 0);
-  EXPECT_EQ(free.at("memory_wait_s"), 0);
-  EXPECT_EQ(on_two(1e12).at("makespan_s"), free.at("makespan_s"));
+  const mpi::Schedule free = on_two(0).went;
+  EXPECT_EQ(free.refused, 0);
+  EXPECT_EQ(free.memory_wait, 0);
+  EXPECT_EQ(on_two(1e12).went.makespan, free.makespan);
   double most = 0;
   for (const mpi::Task& task : tasks) most = std::max(most, task.memory);
-  const nlohmann::json tight = on_two(most + 1);
-  EXPECT_EQ(tight.at("refused_tasks"), 0);
-  EXPECT_EQ(tight.at("limited_by"), "memory of nodes");
-  EXPECT_NEAR(tight.at("makespan_s"), 2 * free.at("shared_work_s").get<double>(), 0.1);
-  EXPECT_GT(tight.at("memory_wait_s"), 0);
-  EXPECT_LE(tight.at("node_memory_bytes"), most + 1);
-  const nlohmann::json none = on_two(1);
-  EXPECT_EQ(none.at("refused_tasks"), 4);
-  EXPECT_EQ(none.at("last_task"), "");
-  EXPECT_EQ(none.at("limited_by"), "nothing");
+  const run::SimulatedSchedule tight = on_two(most + 1);
+  EXPECT_EQ(tight.went.refused, 0);
+  EXPECT_EQ(tight.limited_by, "memory of nodes");
+  EXPECT_NEAR(tight.went.makespan, 2 * free.shared_work, 0.1);
+  EXPECT_GT(tight.went.memory_wait, 0);
+  EXPECT_LE(tight.went.node_memory, most + 1);
+  const run::SimulatedSchedule none = on_two(1);
+  EXPECT_EQ(none.went.refused, 4);
+  EXPECT_EQ(none.last_task, "");
+  EXPECT_EQ(none.limited_by, "nothing");
 }
 
 }  // namespace

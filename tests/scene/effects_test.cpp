@@ -127,15 +127,15 @@ TEST(Effects, SayWhyTheyAreOnOrOff) {
   core::ConfigNode root = core::ConfigNode::parse(
       "\nlisteners:\n  - position: [0, 0, 1]\neffects: {contact: off, radiation: on}\n", "s.yaml");
   const Scene scene = read_scene(root, "s.yaml");
-  std::map<std::string, nlohmann::json> found;
-  for (const nlohmann::json& effect : describe_effects(scene, 60)) {
-    found[effect.at("name")] = effect;
-    EXPECT_FALSE(effect.at("reason").get<std::string>().empty()) << effect;
+  std::map<std::string, PlannedEffect> found;
+  for (const PlannedEffect& effect : plan_effects(scene)) {
+    found[effect.name] = effect;
+    EXPECT_FALSE(effect.reason.empty()) << effect.name;
   }
-  EXPECT_EQ(found["contact"].at("reason"), "effects.contact: off (s.yaml:4)");
-  EXPECT_EQ(found["radiation"].at("reason"), "effects.radiation: on (s.yaml:4)");
-  EXPECT_FALSE(found["contact"].at("enabled").get<bool>());
-  EXPECT_TRUE(found["radiation"].at("enabled").get<bool>());
+  EXPECT_EQ(found["contact"].reason, "effects.contact: off (s.yaml:4)");
+  EXPECT_EQ(found["radiation"].reason, "effects.radiation: on (s.yaml:4)");
+  EXPECT_FALSE(found["contact"].enabled);
+  EXPECT_TRUE(found["radiation"].enabled);
 }
 
 TEST(Effects, CannotBeForcedWithoutWhatTheyNeed) {
@@ -163,9 +163,9 @@ TEST(Effects, OfAirAreOffWhereRadiationIs) {
     for (const char* name : {"radiation", "click", "room", "tail"}) {
       EXPECT_FALSE(scene.runs(name)) << name;
     }
-    for (const nlohmann::json& effect : describe_effects(scene)) {
-      if (effect.at("name") == "room") {
-        EXPECT_EQ(effect.at("reason"), "radiation is off: the dry signal is no pressure");
+    for (const PlannedEffect& effect : plan_effects(scene)) {
+      if (effect.name == "room") {
+        EXPECT_EQ(effect.reason, "radiation is off: the dry signal is no pressure");
       }
     }
   }

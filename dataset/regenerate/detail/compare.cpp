@@ -63,15 +63,14 @@ double difference_db(std::span<const T> stored, std::span<const T> made) {
 
 template <class T>
 void compare_values(std::span<const T> made, const core::Hdf5Group& shard, const std::string& name,
-                    std::uint64_t row, json& found) {
+                    std::uint64_t row, std::vector<ColumnDifference>& found) {
   const std::vector<T> all = shard.read_rows<T>(name, row, 1);
   const std::span<const T> stored(all);
   if (std::equal(stored.begin(), stored.end(), made.begin(), made.end(), same<T>)) return;
-  json entry = {{"column", name}, {"stored", value_json(stored)}, {"made", value_json(made)}};
+  found.push_back({name, value_json(stored), value_json(made)});
   if constexpr (std::is_arithmetic_v<T>) {
-    if (made.size() > max_values) entry["difference_db"] = difference_db(stored, made);
+    if (made.size() > max_values) found.back().difference_db = difference_db(stored, made);
   }
-  found.push_back(std::move(entry));
 }
 
 /// Type, extent of a row and unit in words.
@@ -87,26 +86,27 @@ std::string stored_kind(const core::Hdf5Group& shard, const std::string& name) {
 
 }  // namespace
 
-json differences(const core::Columns& made, const core::Hdf5Group& shard, std::uint64_t row) {
-  json found = json::array();
+std::vector<ColumnDifference> differences(const core::Columns& made, const core::Hdf5Group& shard,
+                                          std::uint64_t row) {
+  std::vector<ColumnDifference> found;
   std::set<std::string> names;
   made.each([&]<class T>(const std::string& name, std::span<const T> values,
                          const core::Extent& inner, const std::string& unit) {
     names.insert(name);
     if (!shard.has(name)) {
-      found.push_back({{"column", name}, {"stored", nullptr}, {"made", value_json(values)}});
+      found.push_back({name, nullptr, value_json(values)});
       return;
     }
     const std::string here = kind(type_name<T>(), inner, unit), there = stored_kind(shard, name);
     if (here != there) {
-      found.push_back({{"column", name}, {"stored", there}, {"made", here}});
+      found.push_back({name, there, here});
       return;
     }
     compare_values(values, shard, name, row, found);
   });
   for (const std::string& name : shard.names()) {
     if (names.contains(name)) continue;
-    found.push_back({{"column", name}, {"stored", stored_kind(shard, name)}, {"made", nullptr}});
+    found.push_back({name, stored_kind(shard, name), nullptr});
   }
   return found;
 }

@@ -1,50 +1,11 @@
 #include "dataset/run/detail/last_words.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <thread>
 
-#include "mpi/context.hpp"
-
 namespace carillon::dataset::run {
-
-using nlohmann::json;
-
-int Summary::exit_code() const {
-  return interrupted ? mpi::exit_interrupted : failed > 0 ? mpi::exit_failures : mpi::exit_done;
-}
-
-void print(const Summary& summary, bool as_json) {
-  if (as_json) {
-    fmt::print("{}\n", json{{"output", summary.output},
-                            {"shapes", summary.shapes},
-                            {"samples", summary.samples},
-                            {"tasks_run", summary.tasks_run},
-                            {"failed_tasks", summary.failed},
-                            {"missed_pitch_targets", summary.missed},
-                            {"interrupted", summary.interrupted}}
-                           .dump(2));
-    return;
-  }
-  if (summary.tasks_run == 0 && !summary.interrupted) {
-    fmt::print("nothing to do: {} {} {} samples of {} shapes\n", summary.output,
-               summary.failed > 0 ? "holds" : "is complete with", summary.samples, summary.shapes);
-  } else {
-    fmt::print("{}: {} samples of {} shapes, {} tasks run\n", summary.output, summary.samples,
-               summary.shapes, summary.tasks_run);
-  }
-  if (summary.interrupted) fmt::print("interrupted: run the same command to go on\n");
-  if (!summary.missed.empty()) {
-    fmt::print("{} of {} shapes missed the pitch target: dataset.json says by how much\n",
-               summary.missed.size(), summary.shapes);
-  }
-  if (summary.failed > 0) {
-    fmt::print("{} failed tasks: {}/failures.json says why\n", summary.failed, summary.output);
-  }
-}
 
 void LastWords::count(const std::function<void()>& record) {
   const std::scoped_lock lock(mutex_);

@@ -3,28 +3,12 @@
 #include <cstdint>
 #include <functional>
 #include <mutex>
-#include <string>
 #include <vector>
 
 #include "dataset/run/detail/index_keeper.hpp"
 #include "mpi/interrupt.hpp"
 
 namespace carillon::dataset::run {
-
-/// What a finished or interrupted build says.
-struct Summary {
-  std::string output;
-  std::size_t shapes = 0, samples = 0;
-  std::int64_t tasks_run = 0;
-  std::size_t failed = 0;
-  bool interrupted = false;
-  std::vector<std::string> missed{};  ///< shapes that did not meet the pitch target
-
-  int exit_code() const;
-};
-
-/// On standard output, for a person or as one JSON document.
-void print(const Summary& summary, bool as_json);
 
 /// What the host still does when SIGINT or SIGTERM ends a build in the middle of its tasks: the
 /// index gets everything that is done, and the summary is printed. Nothing is recorded after that.

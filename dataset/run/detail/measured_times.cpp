@@ -9,6 +9,7 @@
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "core/json.hpp"
+#include "dataset/plan/task_times.hpp"
 #include "dataset/run/build.hpp"
 #include "dataset/run/costs.hpp"
 #include "mpi/journal.hpp"
@@ -25,20 +26,16 @@ std::string ratio_of(const std::string& kind) {
 }
 
 /// Without what others took of the processors, which all ranks of a group share evenly.
-double own_seconds(const json& times) {
-  const double queued = times.value("queued_s", 0.0) / std::max(1.0, times.value("width", 1.0));
-  return std::max(0.0, times.at("seconds").get<double>() - queued);
+double own_seconds(const mpi::TaskTimes& times) {
+  return std::max(0.0, times.seconds - times.queued / std::max(1, times.width));
 }
 
 MeasuredTimes from_trace(const std::filesystem::path& path) {
   MeasuredTimes times;
   if (!std::filesystem::exists(path)) return times;
   try {
-    const json document = core::read_json(path);
-    for (const json& task : document.value("tasks", json::array())) {
-      const std::string key = task.at("task");
-      times[key] = {task.at("estimate_s"), own_seconds(task),
-                    task.value("kind", key.substr(0, key.find('/')))};
+    for (const plan::TaskRow& row : plan::task_rows(core::read_json(path))) {
+      times[row.task] = {row.estimate, own_seconds(row.times), row.kind};
     }
   } catch (const json::exception& error) {
     throw core::InputError(
@@ -53,7 +50,9 @@ std::map<std::string, double> from_journal(const std::filesystem::path& path) {
   for (const json& entry : mpi::read_journal(path).entries) {
     if (entry.value("ok", false) && entry.contains("seconds")) {
       // Earlier versions kept no other times.
-      seconds[entry.at("task")] = own_seconds(entry.contains("times") ? entry.at("times") : entry);
+      const json& times = entry.contains("times") ? entry.at("times") : entry;
+      const std::string task = entry.at("task");
+      seconds[task] = own_seconds(plan::task_row(task, times).times);
     }
   }
   return seconds;

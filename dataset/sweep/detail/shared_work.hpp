@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "dataset/run/common_tasks.hpp"
+#include "dataset/sweep/plan_sweep.hpp"
 
 namespace carillon::dataset::sweep {
 
@@ -31,12 +32,6 @@ class SharedWork {
 /// @return those that would mesh or solve the same under the same limits as the first of them
 run::SameWork order_shared_work(const std::vector<run::BuildRun>& builds, run::CommonTasks& common);
 
-/// Counts for the plan.
-struct SharingCounts {
-  std::size_t bodies = 0;              ///< modes tasks of all variants
-  std::size_t meshes = 0, solves = 0;  ///< that are different from each other
-  double seconds_saved = 0;            ///< estimated, of modes tasks that read the cache instead
-};
 SharingCounts count_shared_work(const std::vector<run::LoadedBuild>& builds);
 
 }  // namespace carillon::dataset::sweep

@@ -15,6 +15,7 @@
 #include "eval/studies/picture.hpp"
 #include "mpi/comm.hpp"
 #include "mpi/journal.hpp"
+#include "mpi/made_by.hpp"
 
 namespace carillon::eval::studies {
 
@@ -34,25 +35,28 @@ constexpr double seconds_per_sound_of_a_fit = 1e-3;
 class Run {
  public:
   Run(const DampingValidation& validation, const EvaluatedDatasets& datasets, fs::path folder,
-      const mpi::Context& context)
+      MPI_Comm world)
       : validation_(validation),
         datasets_(datasets),
         folder_(std::move(folder)),
-        context_(context),
+        world_(world),
+        host_(mpi::rank(world) == 0),
         store_(datasets, sounds_, validation.keep_reverberant) {}
 
   EvaluationEnd run();
 
  private:
+  Stage empty_stage(const char* name) const;
   StageEnd find_features();
   StageEnd fit();
-  ordered_json finish(double seconds);
+  EvaluationEnd finish(double seconds);
   bool keep_stage(const char* name, const StageEnd& end);
 
   const DampingValidation& validation_;
   const EvaluatedDatasets& datasets_;
   fs::path folder_;
-  const mpi::Context& context_;
+  const MPI_Comm world_;
+  const bool host_;
   std::vector<SoundBlock> sounds_;
   FeatureStore store_;
   std::vector<FitBlock> fits_;
@@ -71,12 +75,20 @@ bool Run::keep_stage(const char* name, const StageEnd& end) {
   return !end.interrupted;
 }
 
+Stage Run::empty_stage(const char* name) const {
+  Stage stage;
+  stage.name = name;
+  stage.quiet = datasets_.options().quiet;
+  stage.tell_interrupted = datasets_.options().tell_interrupted;
+  return stage;
+}
+
 /// Features of all sounds; what is in a file is not computed again.
 StageEnd Run::find_features() {
-  mpi::agreed(context_.world, [&] {
-    if (context_.speaks()) core::remove_leftovers(folder_ / "features", true);
+  mpi::agreed(world_, [&] {
+    if (host_) core::remove_leftovers(folder_ / "features", true);
   });
-  mpi::agreed(context_.world, [&] {
+  mpi::agreed(world_, [&] {
     sounds_ = sound_blocks(datasets_, validation_.sources, folder_ / "features");
   });
   // Equal shards of several datasets have one file.
@@ -85,22 +97,21 @@ StageEnd Run::find_features() {
   for (std::size_t b = 0; b < sounds_.size(); ++b) {
     if (first_of.emplace(sounds_[b].file, b).second) blocks.push_back(b);
   }
-  Stage stage;
-  stage.name = "features";
+  Stage stage = empty_stage("features");
   for (const std::size_t b : blocks) {
     const bool truth = validation_.sources[sounds_[b].source].truth;
     stage.tasks.push_back({.key = sounds_[b].key,
                            .cost = static_cast<double>(sounds_[b].count) *
                                    (truth ? seconds_per_truth : seconds_per_sound)});
-    stage.done.push_back(context_.speaks() && fs::exists(sounds_[b].file));
+    stage.done.push_back(host_ && fs::exists(sounds_[b].file));
   }
   stage.work = [&](std::int64_t task) {
     const SoundBlock& block = sounds_[blocks[static_cast<std::size_t>(task)]];
     compute_features(block, datasets_.conditions()[block.condition],
-                     validation_.sources[block.source], datasets_.cache(context_));
+                     validation_.sources[block.source], datasets_.cache());
     return std::string("{}");
   };
-  StageEnd end = run_stage(stage, context_);
+  StageEnd end = run_stage(stage, world_);
   std::map<std::string, fs::path> files;
   for (const SoundBlock& block : sounds_) files[block.key] = block.file;
   for (const json& failure : end.failures) {
@@ -112,7 +123,7 @@ StageEnd Run::find_features() {
 
 /// Fits to all sets of sounds; a journal keeps those of earlier runs.
 StageEnd Run::fit() {
-  mpi::agreed(context_.world, [&] { fits_ = fit_blocks(validation_, datasets_, store_); });
+  mpi::agreed(world_, [&] { fits_ = fit_blocks(validation_, datasets_, store_); });
   // Where features are the same, so are the fits.
   std::map<std::string, std::size_t> first_of;
   std::vector<std::size_t> blocks;
@@ -121,13 +132,12 @@ StageEnd Run::fit() {
   }
   std::map<std::string, json> by_inputs;
   std::unique_ptr<mpi::Journal> journal;
-  mpi::agreed(context_.world, [&] {
-    if (!context_.speaks()) return;
+  mpi::agreed(world_, [&] {
+    if (!host_) return;
     journal = std::make_unique<mpi::Journal>(folder_ / "damping-fits.jsonl");
     for (const json& entry : journal->entries()) by_inputs[entry.value("inputs", "")] = entry;
   });
-  Stage stage;
-  stage.name = "fits";
+  Stage stage = empty_stage("fits");
   for (const std::size_t b : blocks) {
     const double fits =
         static_cast<double>(validation_.draws) * static_cast<double>(validation_.estimators.size());
@@ -146,13 +156,13 @@ StageEnd Run::fit() {
     journal->append(record);
     by_inputs[fits_[blocks[static_cast<std::size_t>(task)]].inputs] = record;
   };
-  StageEnd end = run_stage(stage, context_);
+  StageEnd end = run_stage(stage, world_);
   json results = json::array();
   for (const FitBlock& block : fits_) {
     const auto found = by_inputs.find(block.inputs);
     results.push_back(found == by_inputs.end() ? json() : found->second);
   }
-  const json shared = json::parse(mpi::broadcast(results.dump(), 0, context_.world));
+  const json shared = json::parse(mpi::broadcast(results.dump(), 0, world_));
   for (const json& line : shared) {
     results_.push_back(line.is_null() ? std::nullopt : std::optional(fits_from(line)));
   }
@@ -160,13 +170,13 @@ StageEnd Run::fit() {
 }
 
 /// Tables, files and the picture.
-/// @return what --json prints, on rank 0
-ordered_json Run::finish(double seconds) {
+EvaluationEnd Run::finish(double seconds) {
+  EvaluationEnd end{failures_.empty() ? mpi::exit_done : mpi::exit_failures};
   const double start = core::monotonic_seconds();
-  DampingFindings findings = find_errors(validation_, datasets_, fits_, results_, context_.world);
+  DampingFindings findings = find_errors(validation_, datasets_, fits_, results_, world_);
   ordered_json document;
-  mpi::agreed(context_.world, [&] {
-    if (!context_.speaks()) return;
+  mpi::agreed(world_, [&] {
+    if (!host_) return;
     findings.features = count_features(validation_, datasets_, store_);
     document = damping_json(validation_, datasets_, findings, failures_);
     const fs::path path = folder_ / "damping.json";
@@ -182,36 +192,36 @@ ordered_json Run::finish(double seconds) {
     bool worked = false;
     for (const ordered_json& tasks : ran_) worked = worked || tasks > 0;
     keep_evaluation_trace(folder_ / "damping-trace.json", worked,
-                          {{"timing", timing_}, {"tasks_run", ran_}}, context_);
+                          {{"timing", timing_}, {"tasks_run", ran_}},
+                          mpi::made_by(datasets_.options().command, world_));
     document["output"] = folder_.string();
     document["tasks_run"] = ran_;
     document["timing"] = timing_;
     document["interrupted"] = false;
-    if (!context_.json) {
-      fmt::print("{}", damping_text(validation_, datasets_, findings));
-      for (const auto& [name, value] : timing_.items()) {
-        if (name.ends_with("_rank_s")) continue;
-        fmt::print("{}{} {}", name == "features_s" ? "\n" : ", ", name.substr(0, name.size() - 2),
-                   core::human_duration(value));
-      }
-      fmt::print("\n{}: damping.json, damping-errors.csv, damping-tests.csv, damping-fits.csv{}\n",
-                 folder_.string(), no_picture.empty() ? ", damping.svg, damping.png" : "");
-      for (const json& failure : failures_) {
-        fmt::print("failed: {}: {}\n", failure.at("task").get<std::string>(),
-                   failure.at("message").get<std::string>());
-      }
+    end.text = damping_text(validation_, datasets_, findings);
+    for (const auto& [name, value] : timing_.items()) {
+      if (name.ends_with("_rank_s")) continue;
+      end.text += fmt::format("{}{} {}", name == "features_s" ? "\n" : ", ",
+                              name.substr(0, name.size() - 2), core::human_duration(value));
+    }
+    end.text += fmt::format(
+        "\n{}: damping.json, damping-errors.csv, damping-tests.csv, damping-fits.csv{}\n",
+        folder_.string(), no_picture.empty() ? ", damping.svg, damping.png" : "");
+    for (const json& failure : failures_) {
+      end.text += fmt::format("failed: {}: {}\n", failure.at("task").get<std::string>(),
+                              failure.at("message").get<std::string>());
     }
     if (!no_picture.empty()) fmt::print(stderr, "carillon: {}\n", no_picture);
   });
-  return document;
+  end.document = std::move(document);
+  return end;
 }
 
 EvaluationEnd Run::run() {
   const double start = core::monotonic_seconds();
   if (!keep_stage("features", find_features())) return {mpi::exit_interrupted};
   if (!keep_stage("fits", fit())) return {mpi::exit_interrupted};
-  ordered_json document = finish(core::monotonic_seconds() - start);
-  return {failures_.empty() ? mpi::exit_done : mpi::exit_failures, std::move(document)};
+  return finish(core::monotonic_seconds() - start);
 }
 
 }  // namespace
@@ -223,9 +233,9 @@ RunEvaluation read_damping_validation(core::ConfigNode& node, core::ConfigNode&,
     node.fail("", fmt::format("the damping of {} is not known", condition.folder.string()),
               "damping validation builds its own datasets: give objects and materials, not `data`");
   }
-  return [validation = read_damping_config(node, datasets), &datasets](
-             const fs::path& folder, const mpi::Context& context) {
-    return Run(validation, datasets, folder, context).run();
+  return [validation = read_damping_config(node, datasets), &datasets](const fs::path& folder,
+                                                                       MPI_Comm world) {
+    return Run(validation, datasets, folder, world).run();
   };
 }
 

@@ -22,29 +22,26 @@ namespace {
 /// Says once that the run was cut short, whether it ended by itself or was given up.
 class LastLine {
  public:
-  explicit LastLine(const mpi::Context& context) : context_(context) {}
+  explicit LastLine(core::Tell tell) : tell_(std::move(tell)) {}
   void tell() {
-    if (!context_.speaks()) return;
+    if (!tell_) return;
     std::call_once(told_, [this] {
-      if (context_.json) {
-        fmt::print("{}\n", json{{"interrupted", true}}.dump(2));
-      } else {
-        fmt::print("interrupted: run the same command to go on\n");
-      }
+      tell_("interrupted: run the same command to go on\n", {{"interrupted", true}});
       std::fflush(stdout);
     });
   }
 
  private:
-  const mpi::Context& context_;
+  core::Tell tell_;
   std::once_flag told_;
 };
 
 }  // namespace
 
-StageEnd run_stage(const Stage& stage, const mpi::Context& context) {
+StageEnd run_stage(const Stage& stage, MPI_Comm world) {
+  const bool host = mpi::rank(world) == 0;
   const double start = core::monotonic_seconds();
-  mpi::TaskBoard board(context.speaks() ? stage.tasks : std::vector<mpi::Task>{});
+  mpi::TaskBoard board(host ? stage.tasks : std::vector<mpi::Task>{});
   std::map<std::string, std::int64_t> numbers;
   for (std::size_t t = 0; t < board.tasks().size(); ++t) {
     numbers[board.tasks()[t].key] = static_cast<std::int64_t>(t);
@@ -52,8 +49,7 @@ StageEnd run_stage(const Stage& stage, const mpi::Context& context) {
   }
   const bool idle = board.count(mpi::TaskState::waiting) == 0;
   const double expected = board.total_cost();
-  core::Progress progress(stage.name, expected,
-                          context.quiet || context.json || !context.speaks() || idle);
+  core::Progress progress(stage.name, expected, stage.quiet || !host || idle);
   StageEnd end;
   std::map<std::int64_t, json> failures;
   mpi::ServiceHooks hooks;
@@ -78,11 +74,11 @@ StageEnd run_stage(const Stage& stage, const mpi::Context& context) {
     progress.update(expected * now.settled_cost() / std::max(now.total_cost(), 1e-300),
                     fmt::format("{} of {}", now.count(mpi::TaskState::done), now.tasks().size()));
   };
-  LastLine last_line(context);
+  LastLine last_line(host ? stage.tell_interrupted : nullptr);
   {
     const mpi::InterruptGuard guard({.last_words = [&] { last_line.tell(); }});
     const mpi::RunReport report =
-        mpi::run_tasks(context.world, std::move(board), hooks,
+        mpi::run_tasks(world, std::move(board), hooks,
                        [&](std::int64_t task, MPI_Comm) { return stage.work(task); });
     end.interrupted = report.interrupted;
   }
@@ -91,7 +87,7 @@ StageEnd run_stage(const Stage& stage, const mpi::Context& context) {
   for (auto& [number, failure] : failures) end.failures.push_back(std::move(failure));
   end.seconds = core::monotonic_seconds() - start;
   const json shared = json::parse(mpi::broadcast(
-      json{end.tasks_run, end.seconds, end.rank_seconds, end.failures}.dump(), 0, context.world));
+      json{end.tasks_run, end.seconds, end.rank_seconds, end.failures}.dump(), 0, world));
   end.tasks_run = shared[0];
   end.seconds = shared[1];
   end.rank_seconds = shared[2];

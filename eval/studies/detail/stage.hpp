@@ -1,11 +1,13 @@
 #pragma once
 
+#include <mpi.h>
+
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
-#include "mpi/context.hpp"
+#include "core/tell.hpp"
 #include "mpi/task_board.hpp"
 
 namespace carillon::eval::studies {
@@ -20,6 +22,8 @@ struct Stage {
   std::function<std::string(std::int64_t task)> work;
   /// A task ended well, with that line; called on the host, one at a time. May be empty.
   std::function<void(std::int64_t task, const nlohmann::json& record)> completed{};
+  bool quiet = false;             ///< no progress lines
+  core::Tell tell_interrupted{};  ///< says once that the run was cut short; may be empty
 };
 
 /// How a stage ended; the same on every rank.
@@ -33,7 +37,7 @@ struct StageEnd {
 
 /// Runs what is left to do on all ranks. Signals end it; what is kept stays.
 /// @throws  what `completed` threw, StorageError where a task met it; on every rank alike
-/// @note Collective on the context's world.
-StageEnd run_stage(const Stage& stage, const mpi::Context& context);
+/// @note Collective on world.
+StageEnd run_stage(const Stage& stage, MPI_Comm world);
 
 }  // namespace carillon::eval::studies

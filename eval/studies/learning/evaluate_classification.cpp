@@ -9,6 +9,7 @@
 #include "eval/studies/picture.hpp"
 #include "mpi/comm.hpp"
 #include "mpi/interrupt.hpp"
+#include "mpi/made_by.hpp"
 
 namespace carillon::eval::studies {
 
@@ -58,36 +59,37 @@ std::string keep(const Classification& found, const fs::path& folder) {
 }
 
 EvaluationEnd run(const ClassificationSpec& spec, const EvaluatedDatasets& datasets,
-                  const fs::path& folder, const mpi::Context& context) {
+                  const fs::path& folder, MPI_Comm world) {
   const double start = core::monotonic_seconds();
   const mpi::InterruptGuard guard;
-  const auto sources = open_learning_sources(spec.learning, datasets, context);
-  const TrainingsEnd end =
-      run_trainings(spec.learning, spec.seeds, sources, models_folder(datasets), context);
-  if (end.interrupted) return {mpi::exit_interrupted};
-  ordered_json document;
-  mpi::agreed(context.world, [&] {
-    if (!context.speaks()) return;
-    const Classification found = find_classification(spec, datasets.name(), sources, end.trained);
+  const auto sources = open_learning_sources(spec.learning, datasets, world);
+  const TrainingsEnd trainings = run_trainings(
+      spec.learning, spec.seeds, sources, models_folder(datasets), world, datasets.options().quiet);
+  if (trainings.interrupted) return {mpi::exit_interrupted};
+  EvaluationEnd end;
+  mpi::agreed(world, [&] {
+    if (mpi::rank(world) != 0) return;
+    const Classification found =
+        find_classification(spec, datasets.name(), sources, trainings.trained);
     const std::string no_picture = keep(found, folder);
+    ordered_json& document = end.document;
     document = to_json(found);
     std::size_t made = 0;
-    for (const TrainedClassifier& one : end.trained) made += one.was_there ? 0 : 1;
+    for (const TrainedClassifier& one : trainings.trained) made += one.was_there ? 0 : 1;
     document["output"] = folder.string();
     document["trained"] = made;
     document["timing"] = {{"classification_s", core::monotonic_seconds() - start}};
     keep_evaluation_trace(folder / "classification-trace.json", made > 0,
                           {{"timing", document["timing"]}, {"tasks_run", {{"training", made}}}},
-                          context);
-    if (!context.json) {
-      fmt::print("{}\ntrained {} of {} classifiers in {}\n{}: classification.json, .csv, .md{}\n",
-                 to_text(found), made, end.trained.size(),
-                 core::human_duration(core::monotonic_seconds() - start), folder.string(),
-                 no_picture.empty() ? ", .svg, .png" : "");
-    }
+                          mpi::made_by(datasets.options().command, world));
+    end.text = fmt::format(
+        "{}\ntrained {} of {} classifiers in {}\n{}: classification.json, .csv, .md{}\n",
+        to_text(found), made, trainings.trained.size(),
+        core::human_duration(core::monotonic_seconds() - start), folder.string(),
+        no_picture.empty() ? ", .svg, .png" : "");
     if (!no_picture.empty()) fmt::print(stderr, "carillon: {}\n", no_picture);
   });
-  return {mpi::exit_done, std::move(document)};
+  return end;
 }
 
 }  // namespace
@@ -98,8 +100,8 @@ RunEvaluation read_classification(ConfigNode& node, ConfigNode& root,
   spec.learning = read_train_section(root, datasets.config());
   spec.seeds = read_seeds(node, spec.learning);
   read_published(node, datasets, spec);
-  return [spec, &datasets](const fs::path& folder, const mpi::Context& context) {
-    return run(spec, datasets, folder, context);
+  return [spec, &datasets](const fs::path& folder, MPI_Comm world) {
+    return run(spec, datasets, folder, world);
   };
 }
 

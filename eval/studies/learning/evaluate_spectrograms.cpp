@@ -68,17 +68,19 @@ std::string to_text(const std::vector<DatasetSpectrograms>& found, const std::st
 }
 
 EvaluationEnd run(const SpectrogramStudy& study, const EvaluatedDatasets& datasets,
-                  const fs::path& folder, const mpi::Context& context) {
+                  const fs::path& folder, MPI_Comm world) {
   const double start = core::monotonic_seconds();
   const mpi::InterruptGuard guard;
-  const auto found = study_spectrograms(study, datasets, context);
+  const auto found = study_spectrograms(study, datasets, world);
   if (!found) return {mpi::exit_interrupted};
-  ordered_json document = {{"name", datasets.name()},
-                           {"task", study.task.name},
-                           {"method", study.method.name},
-                           {"datasets", ordered_json::array()}};
-  mpi::agreed(context.world, [&] {
-    if (!context.speaks()) return;
+  EvaluationEnd end;
+  mpi::agreed(world, [&] {
+    if (mpi::rank(world) != 0) return;
+    ordered_json& document = end.document;
+    document = {{"name", datasets.name()},
+                {"task", study.task.name},
+                {"method", study.method.name},
+                {"datasets", ordered_json::array()}};
     for (const DatasetSpectrograms& dataset : *found) {
       document["datasets"].push_back(to_json(dataset, study.color));
     }
@@ -87,23 +89,20 @@ EvaluationEnd run(const SpectrogramStudy& study, const EvaluatedDatasets& datase
     const std::string no_picture = draw_picture("plot_spectrograms", path);
     document["output"] = folder.string();
     document["timing"] = {{"spectrograms_s", core::monotonic_seconds() - start}};
-    if (!context.json) {
-      fmt::print("{}{}: spectrograms.json{}\n", to_text(*found, study.color), folder.string(),
-                 no_picture.empty() ? ", .svg, .png" : "");
-    }
+    end.text = fmt::format("{}{}: spectrograms.json{}\n", to_text(*found, study.color),
+                           folder.string(), no_picture.empty() ? ", .svg, .png" : "");
     if (!no_picture.empty()) fmt::print(stderr, "carillon: {}\n", no_picture);
   });
-  return {mpi::exit_done, std::move(document)};
+  return end;
 }
 
 }  // namespace
 
 RunEvaluation read_spectrograms(core::ConfigNode& node, core::ConfigNode& root,
                                 const EvaluatedDatasets& datasets) {
-  return [study = read_spectrogram_study(node, root, datasets.config()), &datasets](
-             const fs::path& folder, const mpi::Context& context) {
-    return run(study, datasets, folder, context);
-  };
+  return
+      [study = read_spectrogram_study(node, root, datasets.config()), &datasets](
+          const fs::path& folder, MPI_Comm world) { return run(study, datasets, folder, world); };
 }
 
 }  // namespace carillon::eval::studies

@@ -7,6 +7,7 @@
 #include "eval/studies/picture.hpp"
 #include "mpi/comm.hpp"
 #include "mpi/interrupt.hpp"
+#include "mpi/made_by.hpp"
 
 namespace carillon::eval::studies {
 
@@ -16,14 +17,15 @@ namespace fs = std::filesystem;
 namespace {
 
 EvaluationEnd run(const TransferSpec& spec, const EvaluatedDatasets& datasets,
-                  const fs::path& folder, const mpi::Context& context) {
+                  const fs::path& folder, MPI_Comm world) {
   const double start = core::monotonic_seconds();
   const mpi::InterruptGuard guard;
-  const auto rows = run_transfer(spec, datasets, context);
+  const auto rows = run_transfer(spec, datasets, world);
   if (!rows) return {mpi::exit_interrupted};
-  ordered_json document;
-  mpi::agreed(context.world, [&] {
-    if (!context.speaks()) return;
+  EvaluationEnd end;
+  mpi::agreed(world, [&] {
+    if (mpi::rank(world) != 0) return;
+    ordered_json& document = end.document;
     document = transfer_json(spec, datasets, *rows);
     const std::string text = transfer_text(spec, datasets, *rows);
     const fs::path path = folder / "transfer.json";
@@ -33,24 +35,20 @@ EvaluationEnd run(const TransferSpec& spec, const EvaluatedDatasets& datasets,
     document["output"] = folder.string();
     document["timing"] = {{"transfer_s", core::monotonic_seconds() - start}};
     keep_evaluation_trace(folder / "transfer-trace.json", true, {{"timing", document["timing"]}},
-                          context);
-    if (!context.json) {
-      fmt::print("{}\n{}: transfer.json, .md{}\n", text, folder.string(),
-                 no_picture.empty() ? ", .svg, .png" : "");
-    }
+                          mpi::made_by(datasets.options().command, world));
+    end.text = fmt::format("{}\n{}: transfer.json, .md{}\n", text, folder.string(),
+                           no_picture.empty() ? ", .svg, .png" : "");
     if (!no_picture.empty()) fmt::print(stderr, "carillon: {}\n", no_picture);
   });
-  return {mpi::exit_done, std::move(document)};
+  return end;
 }
 
 }  // namespace
 
 RunEvaluation read_transfer_section(core::ConfigNode& node, core::ConfigNode& root,
                                     const EvaluatedDatasets& datasets) {
-  return [spec = read_transfer(node, root, datasets), &datasets](const fs::path& folder,
-                                                                 const mpi::Context& context) {
-    return run(spec, datasets, folder, context);
-  };
+  return [spec = read_transfer(node, root, datasets), &datasets](
+             const fs::path& folder, MPI_Comm world) { return run(spec, datasets, folder, world); };
 }
 
 }  // namespace carillon::eval::studies

@@ -62,14 +62,13 @@ void require_one_part(const std::vector<const learning::SampleSource*>& sources,
 }
 
 std::unique_ptr<learning::SampleSource> open_source(
-    const Condition& condition, const LearningConfig& config, const mpi::Context& context,
+    const Condition& condition, const LearningConfig& config, MPI_Comm world,
     const std::optional<learning::ClipFormat>& format) {
   std::unique_ptr<learning::SampleSource> source;
   if (condition.recordings) {
     // Their splits are checked where they are asked for.
-    mpi::agreed(context.world,
-                [&] { source = learning::open_recordings(*condition.recordings, format); });
-    if (context.speaks() && splits_of(config).count("split_shape") > 0 &&
+    mpi::agreed(world, [&] { source = learning::open_recordings(*condition.recordings, format); });
+    if (mpi::rank(world) == 0 && splits_of(config).count("split_shape") > 0 &&
         source->body_names() == source->strike_names()) {
       spdlog::warn(
           "{}: every sound counts as a body of its own, so one body may be learnt from and tested: "
@@ -78,33 +77,33 @@ std::unique_ptr<learning::SampleSource> open_source(
     }
     return source;
   }
-  mpi::agreed(context.world, [&] {
-    if (!context.speaks()) return;
+  mpi::agreed(world, [&] {
+    if (mpi::rank(world) != 0) return;
     for (const std::string& split : splits_of(config)) require_clean_split(condition.folder, split);
   });
-  mpi::agreed(context.world,
+  mpi::agreed(world,
               [&] { source = learning::open_dataset_source(condition.folder, config.listener); });
   return source;
 }
 
 std::vector<LearningSource> open_learning_sources(const LearningConfig& config,
                                                   const EvaluatedDatasets& datasets,
-                                                  const mpi::Context& context) {
+                                                  MPI_Comm world) {
   std::vector<LearningSource> sources;
   // Recordings are clipped as the sounds are of the dataset that is beside them.
   std::unique_ptr<learning::SampleSource> with;
   std::optional<learning::ClipFormat> format;
   if (config.with && !config.with->recordings) {
-    with = open_source(*config.with, config, context);
+    with = open_source(*config.with, config, world);
     format = with->clip_format();
   }
   for (const Condition& condition : datasets.conditions()) {
     sources.push_back(
-        {condition.name, condition.place, open_source(condition, config, context, format)});
+        {condition.name, condition.place, open_source(condition, config, world, format)});
   }
   if (!config.join && !config.with) return sources;
   if (config.with && !with) {
-    with = open_source(*config.with, config, context, sources.front().samples->clip_format());
+    with = open_source(*config.with, config, world, sources.front().samples->clip_format());
   }
   std::vector<std::unique_ptr<learning::SampleSource>> parts;
   std::vector<const learning::SampleSource*> all;
@@ -117,7 +116,7 @@ std::vector<LearningSource> open_learning_sources(const LearningConfig& config,
     names.push_back(config.with->name);
     parts.push_back(std::move(with));
   }
-  mpi::agreed(context.world, [&] {
+  mpi::agreed(world, [&] {
     for (const auto& part : parts) all.push_back(part.get());
     for (const std::string& split : splits_of(config)) require_one_part(all, split);
     sources.clear();

@@ -22,9 +22,9 @@ struct LearningSource {
 /// A dataset whose splits hold what they promise, or recordings.
 /// @param format  of recordings' clips, where they stand beside a dataset's sounds
 /// @throws InputError, FileError  a split that leaks, no dataset; on every rank alike
-/// @note Collective on the context's world.
+/// @note Collective on world.
 std::unique_ptr<learning::SampleSource> open_source(
-    const Condition& condition, const LearningConfig& config, const mpi::Context& context,
+    const Condition& condition, const LearningConfig& config, MPI_Comm world,
     const std::optional<learning::ClipFormat>& format = {});
 
 /// Refuses sources that have a sound, or a body where bodies are held out, in different parts.
@@ -36,9 +36,9 @@ void require_one_part(const std::vector<const learning::SampleSource*>& sources,
 /// as one, whose column `dataset` says which each sample is of.
 /// @throws InputError, FileError  as open_source(); joined ones of a sweep that have a strike or a
 ///                                body in two parts
-/// @note Collective on the context's world.
+/// @note Collective on world.
 std::vector<LearningSource> open_learning_sources(const LearningConfig& config,
                                                   const EvaluatedDatasets& datasets,
-                                                  const mpi::Context& context);
+                                                  MPI_Comm world);
 
 }  // namespace carillon::eval::studies

@@ -29,10 +29,11 @@ struct TrainingsEnd {
 std::filesystem::path models_folder(const EvaluatedDatasets& datasets);
 
 /// Every method on every task of every source, once for each seed (with_seeds()).
+/// @param quiet  no progress lines
 /// @throws InputError, FileError  a sense that a source lacks; on every rank
-/// @note Collective on the context's world.
+/// @note Collective on world.
 TrainingsEnd run_trainings(const LearningConfig& config, std::span<const std::uint64_t> seeds,
                            std::span<const LearningSource> sources,
-                           const std::filesystem::path& models, const mpi::Context& context);
+                           const std::filesystem::path& models, MPI_Comm world, bool quiet);
 
 }  // namespace carillon::eval::studies

@@ -90,9 +90,9 @@ std::vector<Search> read_searches(const std::string& text,
 std::optional<std::vector<SearchFindings>> run_searches(const std::vector<Search>& searches,
                                                         const LearningConfig& config,
                                                         const EvaluatedDatasets& datasets,
-                                                        const mpi::Context& context) {
+                                                        MPI_Comm world) {
   const std::filesystem::path models = datasets.output() / "evaluation" / "searched";
-  const auto sources = open_learning_sources(config, datasets, context);
+  const auto sources = open_learning_sources(config, datasets, world);
   const LearningSource& source = sources.front();
   std::vector<SearchFindings> all;
   for (const Search& search : searches) {
@@ -103,7 +103,7 @@ std::optional<std::vector<SearchFindings>> run_searches(const std::vector<Search
       TrainingJob job = make_job(*source.samples, search.task, search.trials[t].method, models);
       job.key = fmt::format("{}/{} {}/{}", search.task.name, method, t + 1, search.trials.size());
       job.is_for_use = false;
-      JobEnd end = run_job(job, *source.samples, context);
+      JobEnd end = run_job(job, *source.samples, world, datasets.options().quiet);
       if (end.interrupted) return std::nullopt;
       found.trials.push_back({search.trials[t].values, std::move(end.record), end.was_there});
     }

@@ -45,11 +45,11 @@ struct SearchFindings {
 /// Tries everything on the first of the datasets, and orders it by what was reached on the
 /// validation samples alone: accuracy, then loss. What was tried before is not tried again.
 /// @return of each search; nothing where it was interrupted
-/// @note Collective on the context's world.
+/// @note Collective on world.
 std::optional<std::vector<SearchFindings>> run_searches(const std::vector<Search>& searches,
                                                         const LearningConfig& config,
                                                         const EvaluatedDatasets& datasets,
-                                                        const mpi::Context& context);
+                                                        MPI_Comm world);
 
 nlohmann::ordered_json to_json(const std::vector<SearchFindings>& searches);
 

@@ -45,9 +45,8 @@ std::string curves_csv(const networks::Trained& trained) {
 /// Line of progress of one job.
 class Watched {
  public:
-  Watched(const TrainingJob& job, const mpi::Context& context)
-      : progress_(job.key, static_cast<double>(job.method.learning.epochs),
-                  context.quiet || !context.speaks()) {
+  Watched(const TrainingJob& job, bool quiet)
+      : progress_(job.key, static_cast<double>(job.method.learning.epochs), quiet) {
     watch.step = [this](double done, double of, const learning::Epoch& epoch) {
       progress_.update(
           static_cast<double>(epoch.number - 1) + done / of,
@@ -138,22 +137,22 @@ struct Learnt {
 };
 
 /// The record of a job that was done before, on every rank.
-std::optional<TrainingRecord> found_record(const TrainingJob& job, const mpi::Context& context) {
+std::optional<TrainingRecord> found_record(const TrainingJob& job, MPI_Comm world) {
   std::optional<TrainingRecord> record;
-  mpi::agreed(context.world, [&] {
-    if (context.speaks() && std::filesystem::exists(job.folder / "training.json")) {
+  mpi::agreed(world, [&] {
+    if (mpi::rank(world) == 0 && std::filesystem::exists(job.folder / "training.json")) {
       record = read_record(job.folder);
     }
   });
-  return shared(record, context.world);
+  return shared(record, world);
 }
 
 Learnt learn(const TrainingJob& job, learning::SampleSource& source,
              const learning::LabelledSamples& samples, const networks::LearningRanks& ranks,
-             const networks::LearningWatch& watch, const mpi::Context& context) {
+             const networks::LearningWatch& watch, MPI_Comm world) {
   Learnt learnt;
   if (job.method.kind == learning::MethodKind::nearest_neighbour) return learnt;
-  mpi::agreed(context.world, [&] {
+  mpi::agreed(world, [&] {
     std::vector<learning::SenseExtent> extents;
     for (const learning::Sense sense : job.method.senses) {
       extents.push_back(learning::require_layout(source, sense).extent);
@@ -218,24 +217,23 @@ void keep(const TrainingJob& job, const Learnt& learnt, const TrainingRecord& re
 
 }  // namespace
 
-JobEnd run_job(const TrainingJob& job, learning::SampleSource& source,
-               const mpi::Context& context) {
+JobEnd run_job(const TrainingJob& job, learning::SampleSource& source, MPI_Comm world, bool quiet) {
   JobEnd end;
-  if (auto record = found_record(job, context)) {
+  if (auto record = found_record(job, world)) {
     end.was_there = true;
     end.record = std::move(*record);
     return end;
   }
   const double start = core::monotonic_seconds();
-  const networks::LearningRanks ranks = learning_ranks(context.world);
+  const networks::LearningRanks ranks = learning_ranks(world);
   learning::LabelledSamples samples;
-  mpi::agreed(context.world, [&] {
+  mpi::agreed(world, [&] {
     samples = learning::label_samples(source, job.task);
     learning::require_learnable(samples, source, job.task);
   });
   TrainingRecord record = describe(job, source, samples);
-  Watched watched(job, context);
-  Learnt learnt = learn(job, source, samples, ranks, watched.watch, context);
+  Watched watched(job, world);
+  Learnt learnt = learn(job, source, samples, ranks, watched.watch, world);
   if (learnt.trained.interrupted) {
     watched.finish(fmt::format("stopped after {} epochs; the same command goes on",
                                learnt.trained.epochs.size()));
@@ -256,9 +254,9 @@ JobEnd run_job(const TrainingJob& job, learning::SampleSource& source,
   const double reached = job.is_for_use ? record.test_accuracy : record.validation_accuracy;
   watched.finish(std::isnan(reached) ? fmt::format("no {} samples", part)
                                      : fmt::format("{} {:.1f} %", part, 100 * reached));
-  end.record = *shared(record, context.world);
-  mpi::agreed(context.world, [&] {
-    if (!context.speaks()) return;
+  end.record = *shared(record, world);
+  mpi::agreed(world, [&] {
+    if (mpi::rank(world) != 0) return;
     keep(job, learnt, end.record);
     for (const std::string& remark : end.record.remarks) spdlog::warn("{}: {}", job.key, remark);
   });

@@ -4,7 +4,6 @@
 #include <string>
 
 #include "eval/studies/learning/training_record.hpp"
-#include "mpi/context.hpp"
 
 namespace carillon::eval::studies {
 
@@ -32,8 +31,9 @@ struct JobEnd {
 /// Trains, answers for the parts that were held out and keeps in the job's folder: `model`,
 /// `checkpoint` while it goes on, `curves.csv`, `answers.h5`, `recognition` of a network that only
 /// hears, and `training.json`, which is written last. What is there is not made again.
+/// @param quiet  no progress lines
 /// @throws InputError, FileError  on every rank alike
-/// @note Collective on the context's world.
-JobEnd run_job(const TrainingJob& job, learning::SampleSource& source, const mpi::Context& context);
+/// @note Collective on world.
+JobEnd run_job(const TrainingJob& job, learning::SampleSource& source, MPI_Comm world, bool quiet);
 
 }  // namespace carillon::eval::studies

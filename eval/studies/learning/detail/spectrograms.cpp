@@ -118,20 +118,21 @@ SpectrogramStudy read_spectrogram_study(ConfigNode& node, ConfigNode& root,
 }
 
 std::optional<std::vector<DatasetSpectrograms>> study_spectrograms(
-    const SpectrogramStudy& study, const EvaluatedDatasets& datasets, const mpi::Context& context) {
+    const SpectrogramStudy& study, const EvaluatedDatasets& datasets, MPI_Comm world) {
   LearningConfig alone = study.learning;
   alone.tasks = {study.task};
   alone.methods = {study.method};
-  const auto sources = open_learning_sources(alone, datasets, context);
-  mpi::agreed(context.world, [&] {
+  const auto sources = open_learning_sources(alone, datasets, world);
+  mpi::agreed(world, [&] {
     for (const LearningSource& source : sources) source.samples->labels(study.color);
   });
   const std::uint64_t seeds[] = {study.method.learning.seed};
-  const TrainingsEnd end = run_trainings(alone, seeds, sources, models_folder(datasets), context);
+  const TrainingsEnd end = run_trainings(alone, seeds, sources, models_folder(datasets), world,
+                                         datasets.options().quiet);
   if (end.interrupted) return std::nullopt;
   std::vector<DatasetSpectrograms> found;
-  mpi::agreed(context.world, [&] {
-    if (!context.speaks()) return;
+  mpi::agreed(world, [&] {
+    if (mpi::rank(world) != 0) return;
     for (const TrainedClassifier& trained : end.trained) {
       const LearningSource& source = sources[trained.source];
       DatasetSpectrograms& dataset = found.emplace_back();

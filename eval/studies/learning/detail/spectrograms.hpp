@@ -45,8 +45,8 @@ struct DatasetSpectrograms {
 };
 
 /// @return of each dataset, on rank 0; nothing where it was interrupted
-/// @note Collective on the context's world.
+/// @note Collective on world.
 std::optional<std::vector<DatasetSpectrograms>> study_spectrograms(
-    const SpectrogramStudy& study, const EvaluatedDatasets& datasets, const mpi::Context& context);
+    const SpectrogramStudy& study, const EvaluatedDatasets& datasets, MPI_Comm world);
 
 }  // namespace carillon::eval::studies

@@ -30,13 +30,13 @@ void append(std::vector<Selection>& all, const std::vector<Selection>& some) {
 /// One transfer on its way.
 class Run {
  public:
-  Run(const TransferSpec& spec, const EvaluatedDatasets& datasets, const mpi::Context& context)
+  Run(const TransferSpec& spec, const EvaluatedDatasets& datasets, MPI_Comm world)
       : spec_(spec),
         datasets_(datasets),
-        context_(context),
+        world_(world),
         models_(datasets.output() / "evaluation" / "transfer"),
         target_(open_target()) {
-    mpi::agreed(context.world, [&] { sample_s_ = seconds_per_sample(datasets.conditions()); });
+    mpi::agreed(world, [&] { sample_s_ = seconds_per_sample(datasets.conditions()); });
   }
 
   /// What the target's own samples teach: what others are held against.
@@ -62,8 +62,8 @@ class Run {
   OpenCondition open(const Condition& condition,
                      const std::optional<learning::ClipFormat>& format = {}) const {
     OpenCondition opened;
-    opened.source = open_source(condition, spec_.learning, context_, format);
-    mpi::agreed(context_.world, [&] {
+    opened.source = open_source(condition, spec_.learning, world_, format);
+    mpi::agreed(world_, [&] {
       opened.samples = learning::label_samples(*opened.source, spec_.task);
       if (&condition != &spec_.target) {
         learning::require_learnable(opened.samples, *opened.source, spec_.task);
@@ -93,7 +93,7 @@ class Run {
 
   const TransferSpec& spec_;
   const EvaluatedDatasets& datasets_;
-  const mpi::Context& context_;
+  const MPI_Comm world_;
   std::filesystem::path models_;
   std::map<std::size_t, OpenCondition> opened_;
   OpenCondition target_;
@@ -122,7 +122,7 @@ PartAnswers answers_of(const PartAnswers& part, char source, std::size_t classes
 bool Run::learn(learning::SampleSource& other, const std::vector<Selection>& selected,
                 const learning::Method& method, TransferRow row) {
   std::unique_ptr<learning::SampleSource> source;
-  mpi::agreed(context_.world, [&] {
+  mpi::agreed(world_, [&] {
     source = learning::select_samples({&other, target_.source.get()}, selected);
   });
   learning::TaskSpec task = spec_.task;
@@ -136,9 +136,9 @@ bool Run::learn(learning::SampleSource& other, const std::vector<Selection>& sel
                   ? fmt::format("{:.0f} % {}/{}", 100 * row.fraction, row.trained_on, seed)
                   : fmt::format("{}/{}", row.trained_on, seed);
     job.is_for_use = false;
-    const JobEnd end = run_job(job, *source, context_);
+    const JobEnd end = run_job(job, *source, world_, datasets_.options().quiet);
     if (end.interrupted) return false;
-    mpi::agreed(context_.world, [&] {
+    mpi::agreed(world_, [&] {
       const Answers answers = read_answers(job.folder / "answers.h5");
       own.add(answers_of(answers.test, '0', answers.classes.size()), answers.classes);
       there.add(answers_of(answers.test, '1', answers.classes.size()), answers.classes);
@@ -146,7 +146,7 @@ bool Run::learn(learning::SampleSource& other, const std::vector<Selection>& sel
     });
     inputs += job.inputs;
   }
-  mpi::agreed(context_.world, [&] {
+  mpi::agreed(world_, [&] {
     row.method = method.name;
     row.own = own.summary(classification::AccuracyKind::plain, inputs);
     row.there = there.summary(classification::AccuracyKind::plain, inputs);
@@ -210,19 +210,19 @@ bool Run::learn_at_home() {
 bool Run::learn_elsewhere(std::size_t condition) {
   const Condition& named = datasets_.conditions()[condition];
   const OpenCondition& other = opened(condition);
-  mpi::agreed(context_.world, [&] {
+  mpi::agreed(world_, [&] {
     require_one_part({other.source.get(), target_.source.get()}, spec_.task.split);
   });
   TransferRow row;
   row.trained_on = named.name;
   if (named.build != nullptr && spec_.target.build != nullptr && spec_.heard > 0) {
     std::vector<std::string> keys;
-    mpi::agreed(context_.world, [&] {
+    mpi::agreed(world_, [&] {
       if (!target_sounds_) target_sounds_.emplace(spec_.target.folder, spec_.learning.listener);
       keys = common_keys(target_, other, spec_.heard);
     });
     row.heard = heard_difference(*target_sounds_, named.folder, keys, spec_.learning.listener,
-                                 learning_ranks(context_.world));
+                                 learning_ranks(world_));
   }
   std::vector<Selection> selected;
   for (const Part part : {Part::train, Part::validation, Part::test}) {
@@ -245,7 +245,7 @@ void Run::require_enough() {
   const std::size_t wanted =
       all - static_cast<std::size_t>(std::llround(least * static_cast<double>(all)));
   const std::size_t there = other.part(Part::train, 0).size();
-  mpi::agreed(context_.world, [&] {
+  mpi::agreed(world_, [&] {
     if (all == 0) {
       throw core::InputError(
           fmt::format("{} has no samples for training to be mixed", spec_.target.name));
@@ -307,8 +307,8 @@ bool Run::mix() {
 
 std::optional<std::vector<TransferRow>> run_transfer(const TransferSpec& spec,
                                                      const EvaluatedDatasets& datasets,
-                                                     const mpi::Context& context) {
-  Run run(spec, datasets, context);
+                                                     MPI_Comm world) {
+  Run run(spec, datasets, world);
   run.require_enough();
   if (!run.learn_at_home()) return std::nullopt;
   for (const std::size_t condition : spec.trained_on) {
@@ -316,7 +316,7 @@ std::optional<std::vector<TransferRow>> run_transfer(const TransferSpec& spec,
   }
   if (spec.mixed_with && !run.mix()) return std::nullopt;
   std::vector<TransferRow> rows;
-  mpi::agreed(context.world, [&] { rows = run.compared(); });
+  mpi::agreed(world, [&] { rows = run.compared(); });
   return rows;
 }
 

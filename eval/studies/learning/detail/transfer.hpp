@@ -65,10 +65,10 @@ struct TransferRow {
 
 /// @return nothing where it was interrupted
 /// @throws InputError, FileError  a split that leaks, conditions without common labels
-/// @note Collective on the context's world.
+/// @note Collective on world.
 std::optional<std::vector<TransferRow>> run_transfer(const TransferSpec& spec,
                                                      const EvaluatedDatasets& datasets,
-                                                     const mpi::Context& context);
+                                                     MPI_Comm world);
 
 /// docs/learning.md names the fields.
 nlohmann::ordered_json transfer_json(const TransferSpec& spec, const EvaluatedDatasets& datasets,

@@ -4,7 +4,10 @@
 
 #include <string>
 
-namespace carillon::mpi {
+#include "core/tell.hpp"
+#include "mpi/exit_code.hpp"
+
+namespace carillon::cli {
 
 /// What every command gets: the world's ranks and the options before the command's name.
 struct Context {
@@ -20,14 +23,7 @@ struct Context {
   bool speaks() const;
 };
 
-/// Exit codes of the program.
-enum ExitCode {
-  exit_done = 0,
-  exit_internal = 1,
-  exit_input = 2,     ///< usage, configuration, input, or a body that cannot be solved as asked
-  exit_failures = 3,  ///< finished, but tasks failed or a pitch target was not met
-  exit_interrupted = 130,
-  exit_overdue = 152  ///< a task went on after its limit of time; as a shell tells SIGXCPU
-};
+/// Says results on standard output, as the options ask for them.
+core::Tell teller(const Context& context);
 
-}  // namespace carillon::mpi
+}  // namespace carillon::cli
