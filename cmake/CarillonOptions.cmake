@@ -70,6 +70,10 @@ function(carillon_library name)
   add_library(${name} STATIC ${ARG_SOURCES})
   target_link_libraries(${name} PUBLIC carillon_interface $<BUILD_INTERFACE:carillon_options> ${ARG_LINK}
                                 PRIVATE ${ARG_PRIVATE_LINK})
+  # Sizes, counts and indices keep their bits, and numbers their digits, unless a cast says otherwise.
+  if(CMAKE_CXX_COMPILER_ID MATCHES Clang)
+    target_compile_options(${name} PRIVATE -Wconversion -Wno-sign-conversion)
+  endif()
   if(ARG_KERNELS)
     set(kind kernels)
   else()

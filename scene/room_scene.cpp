@@ -266,7 +266,7 @@ const RoomSpectra::Entry& RoomSpectra::of(const synth::room::RoomOptions& option
   const std::string key = synth::room::room_key(options);
   const auto found = entries_.find(key);
   if (found != entries_.end()) return found->second;
-  if (bytes_ > kRoomMemory) {
+  if (static_cast<double>(bytes_) > kRoomMemory) {
     entries_.clear();
     bytes_ = 0;
   }
