@@ -54,7 +54,7 @@ struct RecognitionTrial {
   double calibration_by_chance = 0;
   double accepted = 0;  ///< fraction of test samples that are taken for known
   /// Of sounds of none of the classes: area under the receiver operating characteristic against the
-  /// test samples, and the share that is taken for known.
+  /// test samples, and the fraction that is taken for known.
   struct Novel {
     std::size_t sounds = 0;
     double auroc = 0;

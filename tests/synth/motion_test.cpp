@@ -223,7 +223,7 @@ TEST(Motion, EndsWhenItsTimeIsUp) {
   std::vector<motion::MovingBody> bodies = {at(ball_body(0.02), {0, 0, 10})};
   motion::MotionOptions options;
   options.seconds = 1000;
-  options.limit = {1e-3, "a take", "limits.sample_time"};
+  options.limit = {1e-3, "a simulation", "limits.sample_time"};
   EXPECT_THROW(motion::simulate_motion(bodies, {}, options), core::TimeError);
 }
 

@@ -75,8 +75,8 @@ TEST(DecayRates, OfOneRegionAreRayleighs) {
 }
 
 /// Struck and heard: the dry signal without listeners, else the monopole's pressure.
-modal::RingDown rung(const solvers::modes::Modes& modes, std::span<const double> d,
-                     const modal::Strike& strike, std::span<const modal::Listener> listeners) {
+modal::RingDown rings_of(const solvers::modes::Modes& modes, std::span<const double> d,
+                         const modal::Strike& strike, std::span<const modal::Listener> listeners) {
   return modal::ring_down(modes, d, strike,
                           listeners.empty() ? modal::point_velocity(modes, strike.point)
                                             : modal::monopole(modes, listeners));
@@ -94,7 +94,7 @@ TEST(RingDown, DryGainIsForceTimesNormalMotion) {
   const std::vector<double> d(4, 1.0);
   modal::Strike strike = inward_strike(modes, kSomewhere);
   strike.direction = Vec3(1, -2, 2) / 3;
-  const modal::RingDown rings = rung(modes, d, strike, {});
+  const modal::RingDown rings = rings_of(modes, d, strike, {});
   ASSERT_EQ(gains(rings).rows(), 1);
   EXPECT_EQ(rings.readout.unit, "m/s");
   EXPECT_EQ(rings.readout.delays, std::vector<double>{0.0});
@@ -111,7 +111,8 @@ TEST(RingDown, InwardStrikesMoveThePointInward) {
   const solvers::modes::Modes modes = wavy_modes(6);
   const std::vector<double> d(6, 1.0);
   for (std::int32_t face = 0; face < 32; ++face) {
-    const modal::RingDown rings = rung(modes, d, inward_strike(modes, {face, {0.4, 0.4, 0.2}}), {});
+    const modal::RingDown rings =
+        rings_of(modes, d, inward_strike(modes, {face, {0.4, 0.4, 0.2}}), {});
     EXPECT_LE(gains(rings).maxCoeff(), 0);
     EXPECT_LT(modal::synthesize(rings, {0}, 44100, 1)[0], 0);
   }
@@ -135,8 +136,8 @@ TEST(RingDown, IgnoresSignsAndBasesOfPairs) {
     const std::vector<modal::Listener> far = {{{1, 0.5, 0.2}}};
     for (const std::span<const modal::Listener> listeners :
          {std::span<const modal::Listener>{}, std::span<const modal::Listener>(far)}) {
-      const modal::RingDown a = rung(modes, d, strike, listeners);
-      const modal::RingDown b = rung(turned, d, strike, listeners);
+      const modal::RingDown a = rings_of(modes, d, strike, listeners);
+      const modal::RingDown b = rings_of(turned, d, strike, listeners);
       const double scale = gains(a).cwiseAbs().maxCoeff();
       RC_ASSERT(std::abs(gains(a)(0, 0) - gains(b)(0, 0)) < 1e-5 * scale);
       RC_ASSERT(std::abs(gains(a)(0, 1) + gains(a)(0, 2) - gains(b)(0, 1) - gains(b)(0, 2)) <
@@ -171,11 +172,12 @@ TEST(RingDown, DoesNotDependOnWhereTheBodyLiesAndHowItIsTurned) {
   const modal::Strike moved_strike = inward_strike(moved, kSomewhere);
   const Vec3 ear(0.7, 0.2, -0.4);
   const std::vector<modal::Listener> here = {{ear}}, there = {{turn * ear + shift}};
-  const double dry = gains(rung(modes, d, strike, {})).norm();
-  EXPECT_LT((gains(rung(modes, d, strike, {})) - gains(rung(moved, d, moved_strike, {}))).norm(),
-            1e-5 * dry);
-  const modal::RingDown a = rung(modes, d, strike, here);
-  const modal::RingDown b = rung(moved, d, moved_strike, there);
+  const double dry = gains(rings_of(modes, d, strike, {})).norm();
+  EXPECT_LT(
+      (gains(rings_of(modes, d, strike, {})) - gains(rings_of(moved, d, moved_strike, {}))).norm(),
+      1e-5 * dry);
+  const modal::RingDown a = rings_of(modes, d, strike, here);
+  const modal::RingDown b = rings_of(moved, d, moved_strike, there);
   EXPECT_LT((gains(a) - gains(b)).norm(), 1e-5 * gains(a).norm());
   EXPECT_NEAR(a.readout.delays[0], b.readout.delays[0], 1e-12);
 }
@@ -194,7 +196,7 @@ TEST(RingDown, BreathingSphereRadiatesAsAMonopole) {
       kSomewhere, -modal::frame_at(modes.surface, kSomewhere).normal, 0.3, {0}};
   const std::vector<modal::Listener> listeners = {{centre + Vec3(0, 0.8, 0)},
                                                   {centre + Vec3(3, 0, 4)}};
-  const modal::RingDown rings = rung(modes, d, strike, listeners);
+  const modal::RingDown rings = rings_of(modes, d, strike, listeners);
   EXPECT_EQ(rings.readout.unit, "Pa");
   constexpr std::size_t kCount = 2000;
   const auto sound = modal::synthesize(rings, {0}, 44100, kCount);
@@ -223,7 +225,7 @@ TEST(RingDown, MotionWithoutVolumeVelocityIsSilentInTheMonopole) {
                                 });
   const std::vector<double> d = {1, 1};
   const std::vector<modal::Listener> listeners = {{{1, 0, 0}}};
-  const modal::RingDown rings = rung(modes, d, inward_strike(modes, kSomewhere), listeners);
+  const modal::RingDown rings = rings_of(modes, d, inward_strike(modes, kSomewhere), listeners);
   // Against the volume velocity that the same motion, directed outward, would have.
   const double breathing = modal::kAirDensity / (4 * kPi) * 0.02 * 4 * kPi * 0.01;
   EXPECT_LT(std::abs(gains(rings)(0, 0)), 1e-6 * breathing);
@@ -239,8 +241,8 @@ TEST(RingDown, CavitiesDoNotRadiate) {
   const std::vector<double> d = {1};
   const std::vector<modal::Listener> listeners = {{{1, 0, 0}}};
   const modal::Strike strike = inward_strike(solid, kSomewhere);
-  EXPECT_EQ(gains(rung(solid, d, strike, listeners))(0, 0),
-            gains(rung(hollow, d, strike, listeners))(0, 0));
+  EXPECT_EQ(gains(rings_of(solid, d, strike, listeners))(0, 0),
+            gains(rings_of(hollow, d, strike, listeners))(0, 0));
 }
 
 TEST(RingDown, FallsWithDistanceAndRefusesListenersInside) {
@@ -248,12 +250,12 @@ TEST(RingDown, FallsWithDistanceAndRefusesListenersInside) {
   const std::vector<double> d = {1, 1};
   const modal::Strike strike = inward_strike(modes, kSomewhere);
   const std::vector<modal::Listener> two = {{{1, 0, 0}}, {{0, 0, 4}}};
-  const modal::RingDown rings = rung(modes, d, strike, two);
+  const modal::RingDown rings = rings_of(modes, d, strike, two);
   EXPECT_NEAR(gains(rings)(0, 0) / gains(rings)(1, 0), 4, 1e-9);
   EXPECT_NEAR(rings.readout.delays[1], 4 / 343.0, 1e-9);
   for (const double r : {0.0, 0.05, 0.0999}) {
     const std::vector<modal::Listener> near = {{{r, 0, 0}}};
-    EXPECT_THROW(rung(modes, d, strike, near), core::InputError) << r;
+    EXPECT_THROW(rings_of(modes, d, strike, near), core::InputError) << r;
   }
 }
 
@@ -261,12 +263,12 @@ TEST(RingDown, RefusesWhatCannotBe) {
   const solvers::modes::Modes modes = wavy_modes(2);
   const std::vector<double> d = {1, 1};
   modal::Strike strike = inward_strike(modes, kSomewhere);
-  EXPECT_THROW(rung(modes, std::vector<double>{1}, strike, {}), core::InputError);
+  EXPECT_THROW(rings_of(modes, std::vector<double>{1}, strike, {}), core::InputError);
   strike.direction *= 2;
-  EXPECT_THROW(rung(modes, d, strike, {}), core::InputError);
+  EXPECT_THROW(rings_of(modes, d, strike, {}), core::InputError);
   strike = inward_strike(modes, kSomewhere);
   strike.point.face = 999;
-  EXPECT_THROW(rung(modes, d, strike, {}), core::InputError);
+  EXPECT_THROW(rings_of(modes, d, strike, {}), core::InputError);
 }
 
 }  // namespace
