@@ -232,7 +232,7 @@ JobEnd run_job(const TrainingJob& job, learning::SampleSource& source, MPI_Comm 
     learning::require_learnable(samples, source, job.task);
   });
   TrainingRecord record = describe(job, source, samples);
-  Watched watched(job, world);
+  Watched watched(job, quiet || mpi::rank(world) != 0);
   Learnt learnt = learn(job, source, samples, ranks, watched.watch, world);
   if (learnt.trained.interrupted) {
     watched.finish(fmt::format("stopped after {} epochs; the same command goes on",
