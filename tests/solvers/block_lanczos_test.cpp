@@ -39,12 +39,12 @@ struct Diagonal {
   explicit Diagonal(const std::vector<double>& eigenvalues, MPI_Comm comm = MPI_COMM_WORLD)
       : fraction(static_cast<Eigen::Index>(eigenvalues.size()), comm),
         values(
-            Eigen::Map<const Eigen::VectorXd>(eigenvalues.data() + fraction.first, share.count)) {
-    masses.resize(share.count);
-    for (Eigen::Index k = 0; k < share.count; ++k) {
+            Eigen::Map<const Eigen::VectorXd>(eigenvalues.data() + fraction.first, fraction.count)) {
+    masses.resize(fraction.count);
+    for (Eigen::Index k = 0; k < fraction.count; ++k) {
       masses[k] = 1 + static_cast<double>((fraction.first + k) % 5);
     }
-    problem.owned = share.count;
+    problem.owned = fraction.count;
     problem.total = static_cast<Eigen::Index>(eigenvalues.size());
     problem.comm = comm;
     problem.mass = [this](const ConstBlock& x, Block out) { out = masses.asDiagonal() * x; };
@@ -52,7 +52,7 @@ struct Diagonal {
       out = values.cwiseQuotient(masses).asDiagonal() * mass_x;
     };
     problem.start = [this](int number, Eigen::Ref<Eigen::VectorXd> out) {
-      for (Eigen::Index k = 0; k < share.count; ++k)
+      for (Eigen::Index k = 0; k < fraction.count; ++k)
         out[k] = start_value(fraction.first + k, number);
     };
   }
