@@ -62,9 +62,9 @@ std::string sent_text(const json& sent) {
 }
 
 /// This rank's share: every so many files and shards.
-CheckShare fraction_of(const CheckWork& work, int rank, int size) {
+CheckShare share_of(const CheckWork& work, int rank, int size) {
   const std::filesystem::path folder = work.folder;
-  CheckShare fraction;
+  CheckShare share;
   const auto mine = [&](std::size_t i) {
     return i % static_cast<std::size_t>(size) == static_cast<std::size_t>(rank);
   };
@@ -72,17 +72,17 @@ CheckShare fraction_of(const CheckWork& work, int rank, int size) {
     if (!mine(i)) continue;
     const dataset::run::ListedFile& file = work.files[i];
     const std::string damage = dataset::run::damage_of(folder / file.path, file);
-    if (!damage.empty()) fraction.wrong.push_back(file.path + " " + damage);
+    if (!damage.empty()) share.wrong.push_back(file.path + " " + damage);
   }
   for (std::size_t i = 0; i < work.shards.size(); ++i) {
     if (!mine(i)) continue;
     try {
-      fraction.scans.push_back(dataset::check::scan_values(folder / work.shards[i]));
+      share.scans.push_back(dataset::check::scan_values(folder / work.shards[i]));
     } catch (const std::exception& error) {
-      fraction.wrong.push_back(error.what());
+      share.wrong.push_back(error.what());
     }
   }
-  return fraction;
+  return share;
 }
 
 dataset::check::Finding checksums(const dataset::check::DatasetFolder& folder,
@@ -152,19 +152,19 @@ void check_dataset(const CheckOptions& options, Context& context) {
   work = mpi::broadcast(work, 0, context.world);
   std::string own;
   mpi::agreed(context.world, [&] {
-    own = sent_text(fraction_of(json::parse(work).get<CheckWork>(), mpi::rank(context.world),
-                                mpi::size(context.world)));
+    own = sent_text(share_of(json::parse(work).get<CheckWork>(), mpi::rank(context.world),
+                             mpi::size(context.world)));
   });
-  const std::vector<std::string> fractions = mpi::all_gather(own, context.world);
+  const std::vector<std::string> shares = mpi::all_gather(own, context.world);
   bool passed = false;
   mpi::agreed(context.world, [&] {
     if (!context.speaks()) return;
     std::vector<std::string> wrong;
     std::vector<dataset::check::ValueScan> scans;
-    for (const std::string& text : fractions) {
-      const auto fraction = json::parse(text).get<CheckShare>();
-      wrong.insert(wrong.end(), fraction.wrong.begin(), fraction.wrong.end());
-      scans.insert(scans.end(), fraction.scans.begin(), fraction.scans.end());
+    for (const std::string& text : shares) {
+      const auto share = json::parse(text).get<CheckShare>();
+      wrong.insert(wrong.end(), share.wrong.begin(), share.wrong.end());
+      scans.insert(scans.end(), share.scans.begin(), share.scans.end());
     }
     std::sort(wrong.begin(), wrong.end());
     findings.push_back(checksums(folder, std::move(wrong)));

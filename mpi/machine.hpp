@@ -25,7 +25,7 @@ struct Machine {
 /// @note Collective on world.
 Machine describe_machine(MPI_Comm world, std::int64_t memory_per_node);
 
-/// Who holds how much of the nodes' memory while tasks run. A group's ranks hold equal fractions of
+/// Who holds how much of the nodes' memory while tasks run. A group's ranks hold equal shares of
 /// its task. Knows no MPI.
 class MemoryLedger {
  public:

@@ -9,16 +9,16 @@ namespace {
 
 /// [byte] of each rank of a task. Whole numbers, so that what is taken and given back leaves
 /// nothing behind.
-std::int64_t fraction_of(double bytes, int width) {
+std::int64_t share_of(double bytes, int width) {
   return static_cast<std::int64_t>(std::ceil(bytes / width));
 }
 
 /// [byte] that a task asks of each node its ranks are on.
-std::map<int, std::int64_t> fractions(const Machine& machine, double bytes, int width, int first) {
+std::map<int, std::int64_t> shares(const Machine& machine, double bytes, int width, int first) {
   std::map<int, std::int64_t> of_node;
-  const std::int64_t fraction = fraction_of(bytes, width);
+  const std::int64_t share = share_of(bytes, width);
   for (int rank = first; rank < first + width; ++rank) {
-    of_node[machine.node_of_rank.at(static_cast<std::size_t>(rank))] += fraction;
+    of_node[machine.node_of_rank.at(static_cast<std::size_t>(rank))] += share;
   }
   return of_node;
 }
@@ -35,7 +35,7 @@ MemoryLedger::MemoryLedger(Machine machine)
 // Most tasks are of one rank, and the host asks this many times a second: no map for them.
 bool MemoryLedger::fits_alone(double bytes, int width, int first) const {
   if (bounded() && width == 1)
-    return fraction_of(bytes, 1) <= machine_.memory[node_of(machine_, first)];
+    return share_of(bytes, 1) <= machine_.memory[node_of(machine_, first)];
   return fits(bytes, width, first, std::vector<std::int64_t>(held_.size(), 0));
 }
 
@@ -44,19 +44,19 @@ bool MemoryLedger::fits(double bytes, int width, int first,
   if (!bounded()) return true;
   if (width == 1) {
     const std::size_t n = node_of(machine_, first);
-    return held[n] + fraction_of(bytes, 1) <= machine_.memory[n];
+    return held[n] + share_of(bytes, 1) <= machine_.memory[n];
   }
-  for (const auto& [node, fraction] : fractions(machine_, bytes, width, first)) {
+  for (const auto& [node, share] : shares(machine_, bytes, width, first)) {
     const auto n = static_cast<std::size_t>(node);
-    if (held[n] + fraction > machine_.memory[n]) return false;
+    if (held[n] + share > machine_.memory[n]) return false;
   }
   return true;
 }
 
 void MemoryLedger::move(double bytes, int width, int first, std::int64_t sign) {
   if (!bounded()) return;
-  for (const auto& [node, fraction] : fractions(machine_, bytes, width, first)) {
-    held_[static_cast<std::size_t>(node)] += sign * fraction;
+  for (const auto& [node, share] : shares(machine_, bytes, width, first)) {
+    held_[static_cast<std::size_t>(node)] += sign * share;
   }
 }
 

@@ -173,10 +173,10 @@ class Simulation {
   }
 
   void add_memory(const Group& group, std::int64_t task, int sign) {
-    const double fraction = board_.tasks()[static_cast<std::size_t>(task)].memory / group.width;
+    const double share = board_.tasks()[static_cast<std::size_t>(task)].memory / group.width;
     for (int r = group.first; r < group.first + group.width; ++r) {
       double& held = memory_[static_cast<std::size_t>(r / on_.ranks_per_node)];
-      held += sign * fraction;
+      held += sign * share;
       out_.node_memory = std::max(out_.node_memory, held);
     }
   }

@@ -64,7 +64,7 @@ std::map<std::string, std::vector<std::string>> look_up(std::span<const LoadedBu
   return json::from_cbor(mpi::broadcast(to_message(paths), 0, world));
 }
 
-/// Every rank reads its fraction of the files; all have what was found.
+/// Every rank reads its share of the files; all have what was found.
 std::map<std::string, plan::FoundMesh> read_together(const std::set<std::string>& paths,
                                                      MPI_Comm world) {
   json own = json::array();

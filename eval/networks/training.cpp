@@ -38,12 +38,12 @@ class Training {
   void resume();
   void keep() const;
   std::optional<learning::Epoch> one_epoch();
-  Tally step(std::size_t fraction);
+  Tally step(std::size_t share);
   Tally validate();
   Tally sum(Tally tally, bool gradients, const std::exception_ptr& error);
   torch::Tensor gradients() const { return flat_.slice(0, 0, trained_.parameters); }
   void set_rate(double rate);
-  /// The fraction of the memory that falls to so many of the samples for training and validation.
+  /// The share of the memory that falls to so many of the samples for training and validation.
   double memory_of(std::size_t rows) const {
     return method_.learning.memory * static_cast<double>(rows) /
            static_cast<double>(std::max<std::size_t>(1, train_rows_ + validation_rows_));
@@ -130,7 +130,7 @@ void Training::resume() {
       trained_.remarks.push_back(fmt::format("{}; training begins anew", error.what()));
     }
   }
-  if (ranks_.fraction(found).empty()) return;
+  if (ranks_.share(found).empty()) return;
   // Weights are no text: every rank reads the file.
   std::exception_ptr error;
   try {
@@ -181,13 +181,13 @@ Tally Training::sum(Tally tally, bool gradients, const std::exception_ptr& error
 }
 
 /// One step of this rank's share; all ranks move by the mean gradient of all their samples.
-Tally Training::step(std::size_t fraction) {
+Tally Training::step(std::size_t share) {
   Tally tally;
   const std::exception_ptr error = [&]() -> std::exception_ptr {
     try {
       gradients().zero_();
       learning::Batch batch;
-      if (reader_.next(fraction, batch)) tally = learner_.look_at(batch, reader_.layouts(), true);
+      if (reader_.next(share, batch)) tally = learner_.look_at(batch, reader_.layouts(), true);
     } catch (...) {
       return std::current_exception();
     }
@@ -259,12 +259,11 @@ std::optional<learning::Epoch> Training::one_epoch() {
   const auto size = static_cast<std::size_t>(ranks_.size),
              rank = static_cast<std::size_t>(ranks_.rank);
   const auto batch = static_cast<std::size_t>(options.batch);
-  const std::size_t fraction =
-      std::max<std::size_t>(1, batch / size + (rank < batch % size ? 1 : 0));
+  const std::size_t share = std::max<std::size_t>(1, batch / size + (rank < batch % size ? 1 : 0));
   const auto all = static_cast<double>(train_rows_);
   double loss = 0, right = 0, samples = 0;
   while (samples < all) {
-    const Tally of_step = step(fraction);
+    const Tally of_step = step(share);
     loss += of_step.loss;
     right += of_step.right;
     samples += of_step.samples;

@@ -22,7 +22,7 @@ struct LearningRanks {
   /// Sums over all ranks, element by element, the same on all of them. Collective.
   std::function<void(std::span<float>)> sum = [](std::span<float>) {};
   /// A text of rank 0. Collective.
-  std::function<std::string(const std::string&)> fraction = [](const std::string& text) {
+  std::function<std::string(const std::string&)> share = [](const std::string& text) {
     return text;
   };
   /// All throw where one has an error. Collective.

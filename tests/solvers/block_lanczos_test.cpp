@@ -37,14 +37,13 @@ double start_value(Eigen::Index row, int number) {
 /// Op = D in the inner product of a diagonal mass matrix, unit vectors are eigenvectors.
 struct Diagonal {
   explicit Diagonal(const std::vector<double>& eigenvalues, MPI_Comm comm = MPI_COMM_WORLD)
-      : fraction(static_cast<Eigen::Index>(eigenvalues.size()), comm),
-        values(
-            Eigen::Map<const Eigen::VectorXd>(eigenvalues.data() + fraction.first, fraction.count)) {
-    masses.resize(fraction.count);
-    for (Eigen::Index k = 0; k < fraction.count; ++k) {
-      masses[k] = 1 + static_cast<double>((fraction.first + k) % 5);
+      : share(static_cast<Eigen::Index>(eigenvalues.size()), comm),
+        values(Eigen::Map<const Eigen::VectorXd>(eigenvalues.data() + share.first, share.count)) {
+    masses.resize(share.count);
+    for (Eigen::Index k = 0; k < share.count; ++k) {
+      masses[k] = 1 + static_cast<double>((share.first + k) % 5);
     }
-    problem.owned = fraction.count;
+    problem.owned = share.count;
     problem.total = static_cast<Eigen::Index>(eigenvalues.size());
     problem.comm = comm;
     problem.mass = [this](const ConstBlock& x, Block out) { out = masses.asDiagonal() * x; };
@@ -52,14 +51,13 @@ struct Diagonal {
       out = values.cwiseQuotient(masses).asDiagonal() * mass_x;
     };
     problem.start = [this](int number, Eigen::Ref<Eigen::VectorXd> out) {
-      for (Eigen::Index k = 0; k < fraction.count; ++k)
-        out[k] = start_value(fraction.first + k, number);
+      for (Eigen::Index k = 0; k < share.count; ++k) out[k] = start_value(share.first + k, number);
     };
   }
   Diagonal(const Diagonal&) = delete;
   Diagonal& operator=(const Diagonal&) = delete;
 
-  Share fraction;
+  Share share;
   Eigen::VectorXd values, masses;
   solvers::eigen::LanczosProblem problem;
 };
@@ -193,7 +191,7 @@ TEST(BlockLanczos, TakesStartVectorsThatAreAlike) {
   Diagonal diagonal(values);
   diagonal.problem.start = [&](int number, Eigen::Ref<Eigen::VectorXd> out) {
     for (Eigen::Index k = 0; k < out.size(); ++k) {
-      out[k] = start_value(diagonal.fraction.first + k, number < 8 ? number / 4 : number);
+      out[k] = start_value(diagonal.share.first + k, number < 8 ? number / 4 : number);
     }
   };
   const solvers::eigen::LanczosOptions options{.pairs = 12};
