@@ -13,7 +13,7 @@ networks::LearningRanks learning_ranks(MPI_Comm comm) {
     MPI_Allreduce(MPI_IN_PLACE, values.data(), static_cast<int>(values.size()), MPI_FLOAT, MPI_SUM,
                   comm);
   };
-  ranks.fraction = [comm](const std::string& text) { return mpi::broadcast(text, 0, comm); };
+  ranks.share = [comm](const std::string& text) { return mpi::broadcast(text, 0, comm); };
   ranks.agree = [comm](const std::exception_ptr& error) { mpi::agree(comm, error); };
   return ranks;
 }
