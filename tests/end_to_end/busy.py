@@ -46,7 +46,7 @@ class Busy(FolderTest):
         self.assertAlmostEqual(fraction, trace["runs"][-1]["busy_fraction"], 3)
         # Strictly: whatever a task waits for counts as not busy.
         strict = cpu / (len(ranks) * last - queued)
-        print(f"busy {share:.4f}, computing {strict:.4f}")
+        print(f"busy {fraction:.4f}, computing {strict:.4f}")
         self.assertAlmostEqual(strict, trace["runs"][-1]["computing_fraction"], 3)
         self.assertGreater(fraction, MIN_SHARE)
         # Where others take much, the mesher's process waits for a processor, and its rank for it.

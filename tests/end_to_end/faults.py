@@ -110,7 +110,7 @@ class Faults(InterruptedTest):
 
     def fill(self, fraction, ranks):
         """A build on a disk that holds `fraction` of what it writes, and its end when there is room."""
-        disk = self.folder / f"disk-{share}-{ranks}"
+        disk = self.folder / f"disk-{fraction}-{ranks}"
         disk.mkdir()
         kilobytes = int(fraction * sum(p.stat().st_size for p in self.whole.rglob("*.*"))) // 1024
         if subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={kilobytes}k", "none", str(disk)],

@@ -122,7 +122,7 @@ class Report(FolderTest, Gallery):
     def test_figures_name_what_made_them(self):
         (dataset,), (study,) = self.report["datasets"], self.report["studies"]
         for made, words, ranks in ((dataset["made"], "build small.yaml", 2),
-                                   (study["made"], "convergence study.yaml -o study", 1)):
+                                   (study["made"], "accuracy study.yaml -o study", 1)):
             self.assertIn(words, made["command"])
             self.assertEqual(made["ranks"], ranks)
             self.assertRegex(made["carillon"], r"^\d+\.\d+\.\d+(\+\S+)?$")

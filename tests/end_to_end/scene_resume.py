@@ -74,7 +74,7 @@ class SceneResume(MovingTest):
         self.assertEqual(result.returncode, 3)
         failures = json.loads((output / "failures.json").read_text())
         # Others of the shard were made before it.
-        self.assertIn("simulation-0006", [f["sample"] for f in failures])
+        self.assertIn("simulation-0005", [f["sample"] for f in failures])
         self.assertIn("is not on the face of floor", failures[0]["message"])
         self.assertEqual([file for folder in ("sounds", "movies")
                           for file in (output / folder).rglob("*") if file.is_file()], [])

@@ -38,7 +38,7 @@ train:
     nearest-neighbour-a: {}
     isnn-a: {filters: 8, units: 32, kernel: [16, 4], learning_rate: 0.003}
 evaluate:
-  transfer: {target_dataset: noisy, mixes: {mixed_with: clean, shares: [0, 0.5, 1]}}
+  transfer: {target_dataset: noisy, mixes: {mixed_with: clean, fractions: [0, 0.5, 1]}}
   spectrograms: {max_sounds: 60}
 """
 
@@ -200,7 +200,7 @@ class Transfer(FolderTest):
                 ("evaluate={transfer: {target_dataset: noisy, methods: [voxnet]}}", "has no \"voxnet\""),
                 ("evaluate={transfer: {target_dataset: noisy, mixes: {mixed_with: noisy}}}", "with itself"),
                 ("evaluate={transfer: {target_dataset: noisy, against: noisy}}", "less_home"),
-                ("evaluate={transfer: {target_dataset: noisy, mixes: {mixed_with: clean, shares: [2]}}}",
+                ("evaluate={transfer: {target_dataset: noisy, mixes: {mixed_with: clean, fractions: [2]}}}",
                  "fractions"),
                 ("evaluate={spectrograms: {method: nearest-neighbour-a}}", "method"),
                 ("evaluate={spectrograms: {max_sounds: 1}}", "sounds")):
