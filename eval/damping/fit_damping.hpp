@@ -49,7 +49,7 @@ struct DampingFit {
   synth::damping::DampingModel model;  ///< with the numbers found
   double sigma = 0;  ///< of the Gaussian error of c [1/s], of emg_relative as a fraction of the
                      ///< law's c; 0 for the lower bound
-  double eta = 0;  ///< rate of the exponential excess of c [s]; infinite where there is none
+  double eta = 0;    ///< rate of the exponential excess of c [s]; infinite where there is none
   double log_likelihood = 0;              ///< of the data under the estimator's own assumption
   std::vector<core::Range> confidence95;  ///< one for each alpha; infinite ends where the data
                                           ///< bound none; empty unless asked for
