@@ -28,7 +28,7 @@ struct Ended {
 /// Measures the sounds of every variant; the ranks take turns.
 /// @param held  what each folder holds; the host's counts
 std::vector<ordered_json> measure_variants(const std::vector<run::BuildRun>& runs,
-                                           std::vector<run::Results> held, MPI_Comm world) {
+                                           const std::vector<run::Results>& held, MPI_Comm world) {
   json counts = json::array();
   for (const run::Results& results : held) {
     counts.push_back({results.samples, results.failed, results.missed});

@@ -16,7 +16,7 @@ using Texts = std::vector<std::string>;
 
 TEST(Config, ReadsQuantitiesInSi) {
   ConfigNode root = ConfigNode::parse(
-      "length: 12 cm\nquoted: \"20 kHz\"\nbare: 0.5\nexponent: 2.1e11\nshare: 5 %\n", "c.yaml");
+      "length: 12 cm\nquoted: \"20 kHz\"\nbare: 0.5\nexponent: 2.1e11\nfraction: 5 %\n", "c.yaml");
   EXPECT_EQ(root.quantity("length", Dimension::length), 0.12);
   EXPECT_EQ(root.quantity("quoted", Dimension::frequency), 20000);
   EXPECT_EQ(root.quantity("bare", Dimension::time), 0.5);
