@@ -163,7 +163,7 @@ std::string damping_text(const DampingValidation& validation, const EvaluatedDat
           head += fmt::format("{:<{}}", estimator.name, width);
         }
       }
-      text += above + "\n" + head + "\n";
+      text += fmt::format("{}\n{}\n", above, head);
       const auto line = [&](const std::string& name, const std::string& material,
                             std::size_t sounds) {
         text += fmt::format("{:<{}}", name, name_width);

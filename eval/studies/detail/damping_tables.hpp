@@ -16,6 +16,7 @@ struct DampingPlace {
   std::string material;  ///< `all` for fits of every material
   std::size_t sounds = 0, parameter = 0;
 
+  // NOLINTNEXTLINE(modernize-use-nullptr): the zero is the language's own
   auto operator<=>(const DampingPlace&) const = default;
 };
 
