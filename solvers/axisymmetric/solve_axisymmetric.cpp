@@ -240,7 +240,7 @@ class AxisymmetricSolve {
     }
   }
 
-  modes::Modes select(const Attempt& attempt, std::vector<Found> found) const {
+  modes::Modes select(const Attempt& attempt, const std::vector<Found>& found) const {
     const core::ScopedTimer timer(trace_.stages["extract"]);
     const auto& band = options_.band;
     std::vector<Found> inside;

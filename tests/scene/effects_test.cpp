@@ -98,7 +98,7 @@ TEST(Effects, SwitchedOffAreAsIfTheirKeyWereNotThere) {
     if (name == "radiation" || name == "click") continue;  // these run with a listener alone
     const std::string off =
         fmt::format("effects: {{{}: off{}}}\n", name, name == "room" ? ", tail: off" : "");
-    const Heard with = hear(base + key + off);
+    const Heard with = hear(fmt::format("{}{}{}", base, key, off));
     EXPECT_EQ(with.audio, without.audio) << name;
     EXPECT_EQ(with.record, without.record) << name;
     EXPECT_EQ(with.allocated, without.allocated) << name;
