@@ -62,7 +62,8 @@ struct Thick {
   std::map<std::string, double> given;
   int modes;
 };
-void PrintTo(const Thick& c, std::ostream* out) {
+void PrintTo(const Thick& c,
+             std::ostream* out) {  // NOLINT(readability-identifier-naming): GoogleTest calls it
   *out << c.family;
 }
 
