@@ -104,7 +104,7 @@ class AxisymmetricSolve {
       for (const auto& mode : found) worst = std::max(worst, mode.pitch_error);
       const bool gains = worst < before / 2;
       if (!refine || worst <= axisymmetric_.pitch_target || step == max_refinements || !gains) {
-        return select(attempt, std::move(found));
+        return select(attempt, found);
       }
       before = worst;
       if (step == 0) {

@@ -62,8 +62,8 @@ struct Thick {
   std::map<std::string, double> given;
   int modes;
 };
-void PrintTo(const Thick& c,
-             std::ostream* out) {  // NOLINT(readability-identifier-naming): GoogleTest calls it
+// NOLINTNEXTLINE(readability-identifier-naming): GoogleTest's name
+void PrintTo(const Thick& c, std::ostream* out) {
   *out << c.family;
 }
 
