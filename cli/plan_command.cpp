@@ -42,7 +42,7 @@ void add_plan(Program& program, Context& context) {
     nlohmann::json document = dataset::run::to_json(plan);
     std::string text = dataset::run::plan_text(plan);
     if (!schedule->ranks.empty()) {
-      const dataset::run::Simulation simulated = dataset::run::simulate_build(build, *schedule);
+      const dataset::run::SimulatedBuild simulated = dataset::run::simulate_build(build, *schedule);
       document["simulated"] = dataset::run::to_json(simulated);
       text += dataset::run::simulation_text(simulated);
     }

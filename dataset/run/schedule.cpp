@@ -61,8 +61,9 @@ std::string limit_of(const mpi::Schedule& schedule) {
 
 }  // namespace
 
-Simulation simulate_builds(std::span<const LoadedBuild> builds, const std::vector<mpi::Task>& tasks,
-                           const ScheduleOptions& options) {
+SimulatedBuild simulate_builds(std::span<const LoadedBuild> builds,
+                               const std::vector<mpi::Task>& tasks,
+                               const ScheduleOptions& options) {
   for (const int ranks : options.ranks) {
     if (ranks < 1 || options.ranks_per_node < 0) {
       throw core::InputError("--ranks and --ranks-per-node are numbers from 1 up");
@@ -73,12 +74,12 @@ Simulation simulate_builds(std::span<const LoadedBuild> builds, const std::vecto
   const TaskSeconds times = expected_seconds(tasks, measured);
   const auto longest =
       std::max_element(times.seconds.begin(), times.seconds.end()) - times.seconds.begin();
-  Simulation out{.tasks = tasks.size(),
-                 .measured = times.measured,
-                 .ratio = times.ratio,
-                 .longest = tasks[static_cast<std::size_t>(longest)].key,
-                 .longest_s = times.seconds[static_cast<std::size_t>(longest)],
-                 .files = count_files(builds)};
+  SimulatedBuild out{.tasks = tasks.size(),
+                     .measured = times.measured,
+                     .ratio = times.ratio,
+                     .longest = tasks[static_cast<std::size_t>(longest)].key,
+                     .longest_s = times.seconds[static_cast<std::size_t>(longest)],
+                     .files = count_files(builds)};
   if (!options.trace.empty()) out.last_run = plan::last_run(trace_file(options.trace));
   const std::int64_t given = builds.front().config.ranks.memory_per_node;
   for (const int ranks : options.ranks) {
@@ -95,7 +96,7 @@ Simulation simulate_builds(std::span<const LoadedBuild> builds, const std::vecto
   return out;
 }
 
-Simulation simulate_build(const LoadedBuild& build, const ScheduleOptions& options) {
+SimulatedBuild simulate_build(const LoadedBuild& build, const ScheduleOptions& options) {
   return simulate_builds({&build, 1}, board_tasks(build.plan, build.config), options);
 }
 

@@ -35,7 +35,7 @@ struct SimulatedSchedule {
 };
 
 /// Builds on one board, on as many ranks as were asked for. docs/scaling.md says what it means.
-struct Simulation {
+struct SimulatedBuild {
   std::size_t tasks = 0;
   std::size_t measured = 0;               ///< tasks whose own time is known
   std::map<std::string, double> ratio{};  ///< measured over estimated, by kind of task
@@ -51,11 +51,11 @@ struct Simulation {
 ///
 /// @param tasks  of all builds, one after the other in the order of their plans
 /// @throws InputError, FileError  numbers below 1; a trace that cannot be read
-Simulation simulate_builds(std::span<const LoadedBuild> builds, const std::vector<mpi::Task>& tasks,
-                           const ScheduleOptions& options);
+SimulatedBuild simulate_builds(std::span<const LoadedBuild> builds,
+                               const std::vector<mpi::Task>& tasks, const ScheduleOptions& options);
 
 /// The same of a build alone.
-Simulation simulate_build(const LoadedBuild& build, const ScheduleOptions& options);
+SimulatedBuild simulate_build(const LoadedBuild& build, const ScheduleOptions& options);
 
 /// `tasks: {count, measured, ratio: {modes, samples}, longest, longest_s}`, `last_run` (as
 /// trace.json has it in `runs`; only where there is one), `files: {count, modes, shards, wav, png,
@@ -63,10 +63,10 @@ Simulation simulate_build(const LoadedBuild& build, const ScheduleOptions& optio
 /// `{ranks, nodes, makespan_s, efficiency, all_at_work_until_s, half_at_work_until_s,
 /// straggler_fraction, shared_work_s, longest_chain_s, last_task, idle_s, memory_wait_s,
 /// refused_tasks, node_memory_bytes, limited_by}`.
-nlohmann::json to_json(const Simulation& simulation);
+nlohmann::json to_json(const SimulatedBuild& simulation);
 
 /// The same for a person: what the tasks are, a table with a line for each number of ranks, and
 /// what is refused for want of memory.
-std::string simulation_text(const Simulation& simulation);
+std::string simulation_text(const SimulatedBuild& simulation);
 
 }  // namespace carillon::dataset::run

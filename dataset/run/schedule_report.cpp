@@ -40,7 +40,7 @@ json to_json(const SimulatedSchedule& schedule) {
 
 }  // namespace
 
-json to_json(const Simulation& simulation) {
+json to_json(const SimulatedBuild& simulation) {
   const FileCounts& files = simulation.files;
   json out = {{"tasks",
                {{"count", simulation.tasks},
@@ -64,7 +64,7 @@ json to_json(const Simulation& simulation) {
   return out;
 }
 
-std::string simulation_text(const Simulation& simulation) {
+std::string simulation_text(const SimulatedBuild& simulation) {
   std::vector<std::string> ratios;
   for (const auto& [kind, value] : simulation.ratio) {
     ratios.push_back(fmt::format("{:.2f} times for {}", value, kind));

@@ -24,8 +24,8 @@ struct SweepPlan {
   SharingCounts shared{};
   std::size_t samples = 0;
   double rank_seconds_alone = 0;  ///< estimated, of one rank, if nothing were shared [s]
-  double memory_per_rank = 0, disk_bytes = 0;  ///< as in PlanSummary
-  std::optional<run::Simulation> simulated{};  ///< where ranks were asked for
+  double memory_per_rank = 0, disk_bytes = 0;      ///< as in PlanSummary
+  std::optional<run::SimulatedBuild> simulated{};  ///< where ranks were asked for
   double rank_seconds() const { return rank_seconds_alone - shared.seconds_saved; }
 };
 SweepPlan plan_sweep(const LoadedSweep& loaded, const run::ScheduleOptions& schedule);

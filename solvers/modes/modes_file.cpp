@@ -10,7 +10,7 @@ namespace carillon::solvers::modes {
 namespace {
 
 /// Of the layout in a file.
-constexpr std::int64_t format_version = 4;
+constexpr std::int64_t format_version = 5;
 
 constexpr int deflate_level = 4;
 

@@ -116,7 +116,7 @@ TEST_F(ScheduleTest, SaysWhatIsNoTrace) {
 }
 
 TEST_F(ScheduleTest, CountsFilesAndTellsWhatLimits) {
-  const run::Simulation out =
+  const run::SimulatedBuild out =
       run::simulate_build(bars(300), {.ranks = {1, 1000}, .ranks_per_node = 10});
   EXPECT_EQ(out.files.shards, 4u);
   EXPECT_EQ(out.files.wav, 600u);
@@ -137,7 +137,7 @@ TEST_F(ScheduleTest, NodesHaveTheMemoryThatTheConfigurationSays) {
   const auto on_two = [&](double memory) {
     const double idle = memory > 1 ? 2 * run::idle_rank_bytes : 0;
     build.config.ranks.memory_per_node = static_cast<std::int64_t>(memory + idle);
-    const run::Simulation out = run::simulate_build(build, {.ranks = {2}});
+    const run::SimulatedBuild out = run::simulate_build(build, {.ranks = {2}});
     const std::string text = run::simulation_text(out);
     EXPECT_EQ(text.find("are refused") != std::string::npos, out.schedules.at(0).went.refused > 0);
     return out.schedules.at(0);
