@@ -73,7 +73,7 @@ void add_accuracy(Program& program, Context& context) {
       "Examples:\n"
       "  carillon accuracy configs/accuracy.yaml\n"
       "  carillon accuracy configs/accuracy.yaml --set objects[6].mesh=scan.ply -o study\n"
-      "Exit code 3: a body or a target could not be measured; the others are in accuracy.json.");
+      "Exit code 3: an object or a target could not be measured; the others are in accuracy.json.");
   command.does([&context, options] { context.exit_code = run_accuracy(*options, context); });
 }
 

@@ -2,10 +2,10 @@
 
 #include <cmath>
 
-#include "cli/body_options.hpp"
 #include "cli/command_line.hpp"
 #include "cli/estimate_report.hpp"
 #include "cli/feature_options.hpp"
+#include "cli/object_options.hpp"
 #include "cli/recording.hpp"
 #include "core/audio.hpp"
 #include "core/error.hpp"
@@ -24,7 +24,7 @@ constexpr const char* kAssumedModulus = "70 GPa";
 constexpr const char* kAssumedDensity = "2500 kg/m^3";
 
 struct EstimateOptions {
-  BodyOptions body;
+  ObjectOptions object;
   std::string recording;
   int channel = 1;
   std::string at, direction;
@@ -38,9 +38,9 @@ struct EstimateOptions {
   std::string output;
 };
 
-/// What the body is assumed to be of.
+/// What the object is assumed to be of.
 synth::material::Material assumed_material(const EstimateOptions& options) {
-  const std::string& named = options.body.material;
+  const std::string& named = options.object.material;
   if (named.empty() && options.poisson_ratio.empty()) {
     throw core::InputError("Poisson's ratio cannot be heard and must be given",
                            "--poisson-ratio 0.3, or --material with a preset that has it");
@@ -140,8 +140,8 @@ core::AudioClip resynthesis(const Recording& recording, const solvers::modes::Mo
 void run_estimate(const EstimateOptions& options, Context& context) {
   const eval::material::MaterialOptions wanted = material_options(options);
   const synth::material::Material assumed = assumed_material(options);
-  scene::BodyRequest request;
-  mpi::agreed(context.world, [&] { request = body_request(options.body); });
+  scene::ObjectRequest request;
+  mpi::agreed(context.world, [&] { request = object_request(options.object); });
   request.materials = {{"", assumed}};
   parse_position(options.at);
   if (!options.direction.empty() && !(parse_position(options.direction).norm() > 0)) {
@@ -154,19 +154,19 @@ void run_estimate(const EstimateOptions& options, Context& context) {
     const core::ScopedTimer timer(trace.stages["features"]);
     recording = listen(options);
   });
-  const scene::Body body = scene::solve_body(request, context.world, context.cache);
+  const scene::SolvedObject object = scene::solve_object(request, context.world, context.cache);
   if (!context.speaks()) return;
-  trace.merge(body.trace);
-  if (body.materials.size() != 1) {
+  trace.merge(object.trace);
+  if (object.materials.size() != 1) {
     throw core::InputError(
-        fmt::format("{} has {} regions", options.body.mesh, body.materials.size()),
-        "one material is estimated: give a body of one region");
+        fmt::format("{} has {} regions", options.object.mesh, object.materials.size()),
+        "one material is estimated: give an object of one region");
   }
-  const solvers::elements::Elastic& elastic = body.materials.front().elastic;
+  const solvers::elements::Elastic& elastic = object.materials.front().elastic;
   const double modulus = elastic.youngs_modulus / elastic.density;
-  const synth::modal::Strike strike = strike_on(options, body.modes);
+  const synth::modal::Strike strike = strike_on(options, object.modes);
   const eval::material::StruckModes modes =
-      eval::material::struck_modes(body.modes, strike.point, strike.direction, modulus);
+      eval::material::struck_modes(object.modes, strike.point, strike.direction, modulus);
   eval::material::MaterialEstimate estimate;
   {
     const core::ScopedTimer timer(trace.stages["search"]);
@@ -175,7 +175,7 @@ void run_estimate(const EstimateOptions& options, Context& context) {
   if (!options.output.empty()) {
     core::write_wav(
         options.output,
-        resynthesis(recording, body.modes, strike, estimate.candidate, modulus, wanted.motion),
+        resynthesis(recording, object.modes, strike, estimate.candidate, modulus, wanted.motion),
         core::SampleFormat::float32);
   }
   estimate.remarks.insert(estimate.remarks.begin(), recording.set.remarks.begin(),
@@ -193,12 +193,13 @@ void run_estimate(const EstimateOptions& options, Context& context) {
 
 void add_estimate(Program& program, Context& context) {
   Command& command = program.add(
-      "estimate", "material of a struck body from one recording, its mesh and where it was struck",
+      "estimate",
+      "material of a struck object from one recording, its mesh and where it was struck",
       Needs::solver);
   auto options = std::make_shared<EstimateOptions>();
   command.option("recording", options->recording, "WAV or any file that libsndfile reads")
       .required();
-  add_body_options(command, options->body);
+  add_object_options(command, options->object);
   command.option_named("--material")
       .required(false)
       .description(
@@ -210,9 +211,9 @@ void add_estimate(Program& program, Context& context) {
   command.option("--direction", options->direction,
                  "way the force points, x,y,z (default: inward along the normal)");
   command.option("--poisson-ratio", options->poisson_ratio,
-                 "of the body; it is not estimated (default: the assumed material's)");
+                 "of the object; it is not estimated (default: the assumed material's)");
   command.option("--density", options->density,
-                 "of the body; gives Young's modulus, which cannot be heard without it");
+                 "of the object; gives Young's modulus, which cannot be heard without it");
   command
       .option("--model", options->model,
               "rayleigh, caughey, power, hybrid, or a formula of lambda, omega, f and "

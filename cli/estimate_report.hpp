@@ -10,7 +10,7 @@ namespace carillon::cli {
 
 /// An estimate as --json prints it; docs/material-estimation.md names the fields.
 /// @param recording  the features it was made from
-/// @param density    of the body [kg/m^3], where it is known
+/// @param density    of the object [kg/m^3], where it is known
 /// @param trace      stages that ran
 nlohmann::json to_json(const eval::material::MaterialEstimate& estimate,
                        const eval::features::FeatureSet& recording,

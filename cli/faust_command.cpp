@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 
-#include "cli/body_options.hpp"
 #include "cli/command_line.hpp"
+#include "cli/object_options.hpp"
 #include "cli/pitch_report.hpp"
 #include "core/error.hpp"
 #include "core/files.hpp"
@@ -23,7 +23,7 @@ namespace carillon::cli {
 namespace {
 
 struct FaustOptions {
-  BodyOptions body;
+  ObjectOptions object;
   std::vector<std::string> at;
   std::size_t points = 0;  ///< spread over the surface, in place of `at`
   std::uint64_t seed = 1;
@@ -70,19 +70,19 @@ double loudness(double eigenvalue, double decay_rate, double contact_time,
   return std::norm(mode.partials(weights)[0].amplitude) / 2 * seconds / integration;
 }
 
-PointModes modes_at(const scene::Body& body, std::span<const double> rates,
+PointModes modes_at(const scene::SolvedObject& object, std::span<const double> rates,
                     std::span<const synth::modal::SurfacePoint> points, double contact_time) {
-  const auto modes = static_cast<Eigen::Index>(body.modes.size());
+  const auto modes = static_cast<Eigen::Index>(object.modes.size());
   PointModes result{Eigen::MatrixXd(modes, static_cast<Eigen::Index>(points.size())),
-                    std::vector<double>(body.modes.size(), 0.0)};
+                    std::vector<double>(object.modes.size(), 0.0)};
   for (std::size_t p = 0; p < points.size(); ++p) {
     synth::modal::Strike strike;
     strike.point = points[p];
-    strike.direction = -synth::modal::frame_at(body.modes.surface, points[p]).normal;
+    strike.direction = -synth::modal::frame_at(object.modes.surface, points[p]).normal;
     strike.impulse = 1;
     strike.force.duration = contact_time;
     const synth::modal::RingDown rings = synth::modal::ring_down(
-        body.modes, rates, strike, synth::modal::point_velocity(body.modes, points[p]));
+        object.modes, rates, strike, synth::modal::point_velocity(object.modes, points[p]));
     result.gains.col(static_cast<Eigen::Index>(p)) =
         rings.excitation.cwiseProduct(rings.readout.velocity.row(0).transpose());
     for (std::size_t i = 0; i < rates.size(); ++i) {
@@ -109,19 +109,19 @@ std::vector<std::size_t> loudest(std::span<const double> loudness, std::size_t m
 }
 
 /// What the header says of where the program comes from.
-std::vector<std::string> remarks(const scene::Body& body, const FaustOptions& options,
+std::vector<std::string> remarks(const scene::SolvedObject& object, const FaustOptions& options,
                                  const dataset::exporters::FaustProgram& program,
                                  const Context& context) {
-  const solvers::modes::Certificate& certificate = body.modes.certificate;
+  const solvers::modes::Certificate& certificate = object.modes.certificate;
   std::vector<std::string> lines = {fmt::format("Made by Carillon {}:", core::version()),
                                     context.command, ""};
-  for (const synth::material::Material& material : body.materials) {
+  for (const synth::material::Material& material : object.materials) {
     lines.push_back(fmt::format("Material {}: {:.6g} Pa, Poisson's ratio {:.4g}, {:.6g} kg/m^3; {}",
                                 material.name, material.elastic.youngs_modulus,
                                 material.elastic.poisson_ratio, material.elastic.density,
                                 synth::damping::formula_of(material.damping)));
   }
-  lines.push_back(fmt::format("Mass {:.6g} kg.", body.modes.mass));
+  lines.push_back(fmt::format("Mass {:.6g} kg.", object.modes.mass));
   lines.push_back(fmt::format("{} modes{}; {} of the {} from {:.6g} to {:.6g} Hz were found{}.",
                               program.modes.size(), options.loudest == 0 ? "" : ", the loudest",
                               certificate.modes_found, certificate.modes_in_band,
@@ -137,42 +137,42 @@ std::vector<std::string> remarks(const scene::Body& body, const FaustOptions& op
   return lines;
 }
 
-dataset::exporters::FaustProgram program_of(const scene::Body& body, const FaustOptions& options,
-                                            const Context& context) {
-  if (body.modes.size() == 0) {
+dataset::exporters::FaustProgram program_of(const scene::SolvedObject& object,
+                                            const FaustOptions& options, const Context& context) {
+  if (object.modes.size() == 0) {
     throw core::InputError(
-        fmt::format("{} has no mode between {:.6g} and {:.6g} Hz", options.body.mesh,
-                    body.modes.certificate.min_frequency, body.modes.certificate.max_frequency),
+        fmt::format("{} has no mode between {:.6g} and {:.6g} Hz", options.object.mesh,
+                    object.modes.certificate.min_frequency, object.modes.certificate.max_frequency),
         "carillon modes says where its first one is expected; widen the band");
   }
   dataset::exporters::FaustProgram program;
-  program.name = fmt::format("{}, {}", options.body.mesh, options.body.material);
+  program.name = fmt::format("{}, {}", options.object.mesh, options.object.material);
   program.impulse = core::parse_quantity(options.impulse, core::Dimension::impulse);
   program.contact_time = core::parse_quantity(options.contact_time, core::Dimension::time);
   program.gain = options.gain;
   const std::vector<double> rates =
-      synth::damping::decay_rates(body.modes, scene::damping_of(body.materials));
-  const auto points = points_of(options, body.modes.surface);
+      synth::damping::decay_rates(object.modes, scene::damping_of(object.materials));
+  const auto points = points_of(options, object.modes.surface);
   for (const synth::modal::SurfacePoint& point : points) {
-    program.points.push_back(synth::modal::frame_at(body.modes.surface, point).position);
+    program.points.push_back(synth::modal::frame_at(object.modes.surface, point).position);
   }
-  const PointModes at = modes_at(body, rates, points, program.contact_time);
+  const PointModes at = modes_at(object, rates, points, program.contact_time);
   const dataset::exporters::FaustDamping damping =
-      dataset::exporters::faust_damping(body.modes, body.materials, rates);
+      dataset::exporters::faust_damping(object.modes, object.materials, rates);
   program.damping = damping.definitions;
   for (const std::size_t i : loudest(at.loudness, options.loudest)) {
     const Eigen::VectorXd gains = at.gains.row(static_cast<Eigen::Index>(i));
     program.modes.push_back(
-        {body.modes.eigenvalues[i],
+        {object.modes.eigenvalues[i],
          damping.rates[i],
          {gains.begin(), gains.end()},
-         fmt::format("{:.2f} Hz, {:.4g} 1/s", body.modes.frequency(i), rates[i])});
+         fmt::format("{:.2f} Hz, {:.4g} 1/s", object.modes.frequency(i), rates[i])});
   }
-  program.remarks = remarks(body, options, program, context);
+  program.remarks = remarks(object, options, program, context);
   return program;
 }
 
-/// Everything that is wrong without knowing the body, before it is solved.
+/// Everything that is wrong without knowing the object, before it is solved.
 void check_options(const FaustOptions& options) {
   if (!options.at.empty() && options.points > 0) {
     throw core::InputError("--at and --points both say where", "give one of them");
@@ -191,12 +191,12 @@ void check_options(const FaustOptions& options) {
 
 void run_export_faust(const FaustOptions& options, Context& context) {
   check_options(options);
-  const scene::Body body = solve_body(options.body, context);
-  settle(body.pitch_target, context);
+  const scene::SolvedObject object = solve_object(options.object, context);
+  settle(object.pitch_target, context);
   if (!context.speaks()) return;
-  const dataset::exporters::FaustProgram program = program_of(body, options, context);
+  const dataset::exporters::FaustProgram program = program_of(object, options, context);
   core::write_text_durably(options.output, dataset::exporters::faust_text(program));
-  const std::size_t left_out = body.modes.size() - program.modes.size();
+  const std::size_t left_out = object.modes.size() - program.modes.size();
   if (context.json) {
     nlohmann::json points = nlohmann::json::array();
     for (const Vec3& at : program.points) points.push_back({at.x(), at.y(), at.z()});
@@ -216,9 +216,9 @@ void run_export_faust(const FaustOptions& options, Context& context) {
 
 void add_export_faust(Program& program, Context& context) {
   Command& command =
-      program.add("export-faust", "a body as an instrument: a program in Faust", Needs::solver);
+      program.add("export-faust", "an object as an instrument: a program in Faust", Needs::solver);
   auto options = std::make_shared<FaustOptions>();
-  add_body_options(command, options->body);
+  add_object_options(command, options->object);
   command.option("-o,--output", options->output, "Faust program, .dsp").required();
   command
       .option("--at", options->at,

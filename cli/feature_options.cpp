@@ -33,7 +33,7 @@ void add_feature_arguments(Command& command, FeatureArguments& arguments) {
   command.option("--onset", arguments.onset, "where the strike begins; found by itself");
   command
       .option("--contact-time", arguments.contact_time,
-              "left out after the onset: the body is still driven")
+              "left out after the onset: the object is still driven")
       .show_default("3 ms");
   command.option("--min-frequency", arguments.min_frequency, "of modes").show_default("20 Hz");
   command

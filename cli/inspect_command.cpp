@@ -49,7 +49,7 @@ void add_inspect(Program& program, Context& context) {
   Command& command = program.add("inspect", "diagnosis of surface meshes", Needs::nothing);
   auto options = std::make_shared<Options>();
   command.option("mesh", options->meshes, "OBJ, OFF, PLY or STL files").required();
-  command.option("--length", options->length, "longest side the body is scaled to, e.g. 12 cm");
+  command.option("--length", options->length, "longest side the object is scaled to, e.g. 12 cm");
   command.footer("Example:\n  carillon inspect *.obj");
   command.does([&context, options] {
     if (!context.speaks()) return;

@@ -84,7 +84,7 @@ void add_identify(Program& program, Context& context, const LearningCommands& le
                  "networks of this name alone (default: the best on the validation samples)");
   command.option("--task", options->tasks, "answers to these tasks alone (default: all)");
   Option scene =
-      command.option("--scene", options->scene, "configuration with motion to put the body into");
+      command.option("--scene", options->scene, "configuration with motion to put the object into");
   Option at = command.option("--at", options->at, "x,y,z of the centre of its box [m]");
   scene.needs(at);
   at.needs(scene);

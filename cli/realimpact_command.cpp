@@ -4,8 +4,8 @@
 #include <cmath>
 #include <memory>
 
-#include "cli/body_options.hpp"
 #include "cli/command_line.hpp"
+#include "cli/object_options.hpp"
 #include "cli/pitch_report.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
@@ -17,12 +17,12 @@ namespace carillon::cli {
 
 namespace {
 
-/// Further off its vertex, the strike is on another part of the body [fraction of the longest
+/// Further off its vertex, the strike is on another part of the object [fraction of the longest
 /// side].
 constexpr double kOffTheMesh = 0.02;
 
 struct ImpactOptions {
-  BodyOptions body;
+  ObjectOptions object;
   std::string folder, mesh;
   std::string listener = "nearest";
   std::vector<std::int64_t> vertices;
@@ -100,7 +100,7 @@ std::vector<eval::recorded_objects::ModelStrike> model_strikes(
     one.listener.position = folder.listeners[strike.row];
     const double off = (frame.position - folder.struck[strike.row]).norm();
     if (off > kOffTheMesh * size) {
-      remarks.push_back(fmt::format("vertex {} lies {:.2g} mm off the body that was solved",
+      remarks.push_back(fmt::format("vertex {} lies {:.2g} mm off the object that was solved",
                                     strike.vertex, 1000 * off));
     }
     model.push_back(one);
@@ -108,34 +108,34 @@ std::vector<eval::recorded_objects::ModelStrike> model_strikes(
   return model;
 }
 
-double specific_modulus(const scene::Body& body, const std::string& mesh) {
-  if (body.materials.size() != 1) {
-    throw core::InputError(fmt::format("{} has {} regions", mesh, body.materials.size()),
+double specific_modulus(const scene::SolvedObject& object, const std::string& mesh) {
+  if (object.materials.size() != 1) {
+    throw core::InputError(fmt::format("{} has {} regions", mesh, object.materials.size()),
                            "an object is compared as one of one material");
   }
-  if (body.modes.size() == 0) {
+  if (object.modes.size() == 0) {
     throw core::InputError(fmt::format("{} has no mode in its band", mesh),
                            "raise --max-frequency, or check that the mesh is in metres");
   }
-  const solvers::elements::Elastic& elastic = body.materials.front().elastic;
+  const solvers::elements::Elastic& elastic = object.materials.front().elastic;
   return elastic.youngs_modulus / elastic.density;
 }
 
 void study(const ImpactOptions& options, const eval::recorded_objects::StudyOptions& how,
            const eval::recorded_objects::ImpactFolder& folder,
-           const std::vector<eval::recorded_objects::RecordedStrike>& rows, const scene::Body& body,
-           const Context& context) {
-  core::Trace trace = body.trace;
+           const std::vector<eval::recorded_objects::RecordedStrike>& rows,
+           const scene::SolvedObject& object, const Context& context) {
+  core::Trace trace = object.trace;
   std::vector<std::string> remarks;
-  const synth::material::Material& material = body.materials.front();
-  const double modulus = specific_modulus(body, folder.mesh.string());
+  const synth::material::Material& material = object.materials.front();
+  const double modulus = specific_modulus(object, folder.mesh.string());
   std::vector<eval::recorded_objects::ModelStrike> model =
-      model_strikes(folder, rows, body.modes.surface, remarks);
-  eval::recorded_objects::HeardBody given, fitted;
+      model_strikes(folder, rows, object.modes.surface, remarks);
+  eval::recorded_objects::HeardObject given, fitted;
   {
     const core::ScopedTimer timer(trace.stages["radiation"]);
-    given = eval::recorded_objects::hear_body(body.modes, modulus, modulus, model, how.radiation,
-                                              context.cache);
+    given = eval::recorded_objects::hear_object(object.modes, modulus, modulus, model,
+                                                how.radiation, context.cache);
   }
   std::vector<eval::recorded_objects::StudiedStrike> strikes;
   {
@@ -175,16 +175,16 @@ void run_realimpact(const ImpactOptions& options, Context& context) {
       eval::recorded_objects::parse_listener_choice(options.listener);
   std::optional<eval::recorded_objects::ImpactFolder> folder;
   std::vector<eval::recorded_objects::RecordedStrike> rows;
-  scene::BodyRequest body;
+  scene::ObjectRequest object;
   mpi::agreed(context.world, [&] {
     folder = eval::recorded_objects::read_impact_folder(options.folder, options.mesh);
-    BodyOptions named = options.body;
+    ObjectOptions named = options.object;
     named.mesh = folder->mesh.string();
-    body = body_request(named);
-    how = study_options(options, body.solve.band);
+    object = object_request(named);
+    how = study_options(options, object.solve.band);
     rows = eval::recorded_objects::choose_rows(*folder, choice, options.vertices);
   });
-  const scene::Body solved = scene::solve_body(body, context.world, context.cache);
+  const scene::SolvedObject solved = scene::solve_object(object, context.world, context.cache);
   settle(solved.pitch_target, context);
   if (context.speaks()) study(options, how, *folder, rows, solved, context);
 }
@@ -192,7 +192,7 @@ void run_realimpact(const ImpactOptions& options, Context& context) {
 void add_study_options(Command& command, ImpactOptions& options) {
   command
       .option("--listener", options.listener,
-              "microphone: nearest to the body; angle=80,distance=333,mic=8 (degrees, mm; the "
+              "microphone: nearest to the object; angle=80,distance=333,mic=8 (degrees, mm; the "
               "nearest of what is left open); or the number of a row among those of a vertex")
       .show_default();
   command.option("--vertex", options.vertices, "only strikes on this vertex; may be repeated")
@@ -253,7 +253,7 @@ void add_realimpact(Program& program, Context& context) {
                   "model makes of them",
                   Needs::solver);
   auto options = std::make_shared<ImpactOptions>();
-  add_body_options(command, options->body);
+  add_object_options(command, options->object);
   // The folder has the mesh, and in metres.
   command.remove("mesh");
   command.remove("--length");

@@ -24,7 +24,7 @@ namespace {
 constexpr std::size_t sounds_bytes = 3'500'000;
 /// Objects have what the rest leaves of a page, and as much at the least.
 constexpr std::size_t full_page = 14'500'000, min_objects_bytes = 2'000'000;
-/// Of bodies and of tasks, of all datasets together: some 400 bytes a pair.
+/// Of objects and of tasks, of all datasets together: some 400 bytes a pair.
 constexpr std::size_t max_rows = 4000;
 /// Each has a configuration, effects and versions: some 15 kB.
 constexpr std::size_t max_datasets = 40;
@@ -77,7 +77,7 @@ std::span<const std::filesystem::path> first_of(const std::vector<std::filesyste
 using NamedDatasets = std::map<std::string, dataset::stored::StoredDataset>;
 
 /// Datasets with their sounds.
-/// @return the first of each name: variants of a sweep share theirs, and most of their bodies
+/// @return the first of each name: variants of a sweep share theirs, and most of their objects
 NamedDatasets add_datasets(const report::ReportFolders& found, const ReportOptions& options,
                            ordered_json& report) {
   const auto shown = first_of(found.datasets, max_datasets, "datasets", report);
@@ -115,12 +115,12 @@ void add_gallery(const NamedDatasets& datasets, std::size_t bytes, const ReportO
       for (ordered_json& object : here.at("objects")) {
         gallery["objects"].push_back(std::move(object));
       }
-      for (const auto& [reason, bodies] : here.at("left_out").items()) {
+      for (const auto& [reason, objects] : here.at("left_out").items()) {
         gallery["left_out"][reason] =
-            gallery["left_out"].value(reason, std::size_t{0}) + bodies.get<std::size_t>();
+            gallery["left_out"].value(reason, std::size_t{0}) + objects.get<std::size_t>();
       }
       bytes -= std::min(bytes, here.at("bytes").get<std::size_t>());
-      gallery["bodies"] = gallery["bodies"].get<std::size_t>() + dataset.build.plan.shapes.size();
+      gallery["total"] = gallery["total"].get<std::size_t>() + dataset.build.plan.shapes.size();
     });
   }
 }
@@ -145,7 +145,7 @@ ordered_json collect(const report::ReportFolders& found, const ReportOptions& op
        {"datasets", "sweeps", "studies", "damping", "classification", "transfer", "nightly_runs"}) {
     report[list] = ordered_json::array();
   }
-  report["gallery"] = {{"bodies", 0},
+  report["gallery"] = {{"total", 0},
                        {"objects", ordered_json::array()},
                        {"left_out", ordered_json::object()},
                        {"materials", report::gallery_materials()}};

@@ -116,7 +116,7 @@ void describe(Program& program, Context& context, const LearningCommands& learni
   for (const AddCommand add : commands) add(program, context);
   add_learning_commands(program, context, learning);
   common.footer(
-      "Exit codes: 0 done, 1 internal error, 2 wrong usage, configuration or input, or a body "
+      "Exit codes: 0 done, 1 internal error, 2 wrong usage, configuration or input, or an object "
       "that\n"
       "cannot be solved within the limits asked for, 3 finished but some tasks failed "
       "(failures.json)\n"
@@ -176,7 +176,7 @@ int run(int argc, char** argv, const LearningCommands& learning) {
   } catch (const core::FileError& error) {
     return fail(context, mpi::exit_input, error.what());
   } catch (const core::SolverError& error) {
-    // A body that cannot be solved, or not within the limits that were asked for.
+    // An object that cannot be solved, or not within the limits that were asked for.
     return fail(context, mpi::exit_input, error.what());
   } catch (const mpi::TaskError& error) {
     return fail(context, error.failure().kind == "Error" ? mpi::exit_internal : mpi::exit_input,

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "cli/body_options.hpp"
 #include "cli/command_line.hpp"
+#include "cli/object_options.hpp"
 #include "cli/pitch_report.hpp"
 #include "core/audio.hpp"
 #include "core/columns.hpp"
@@ -23,7 +23,7 @@ namespace carillon::cli {
 namespace {
 
 struct StrikeOptions {
-  BodyOptions body;
+  ObjectOptions object;
   std::string scene;                   ///< configuration whose scene is taken; "": none
   std::vector<std::string> overrides;  ///< --set
   std::string at, direction;
@@ -62,7 +62,7 @@ std::vector<std::string> scene_overrides(const StrikeOptions& options) {
   return all;
 }
 
-/// @param materials  of the body, which decide whether there is damping
+/// @param materials  of the object, which decide whether there is damping
 scene::Scene scene_of(const StrikeOptions& options,
                       const std::vector<synth::material::Material>& materials) {
   const std::string name = options.scene.empty() ? "strike" : options.scene;
@@ -92,14 +92,14 @@ scene::Scene scene_of(const StrikeOptions& options,
 
 /// The band ends at half the sample rate unless another end is asked for: modes above it would not
 /// sound.
-BodyOptions sounding_band(BodyOptions body, const scene::Scene& scene) {
-  if (!body.max_frequency) {
-    body.max_frequency = fmt::format("{} Hz", std::min(20000.0, scene.audio.sample_rate / 2));
+ObjectOptions sounding_band(ObjectOptions object, const scene::Scene& scene) {
+  if (!object.max_frequency) {
+    object.max_frequency = fmt::format("{} Hz", std::min(20000.0, scene.audio.sample_rate / 2));
   }
-  return body;
+  return object;
 }
 
-/// Everything that is wrong without knowing the body, before it is solved.
+/// Everything that is wrong without knowing the object, before it is solved.
 void check_options(const StrikeOptions& options) {
   if (!options.at.empty()) parse_position(options.at);
   if (!options.direction.empty() && !(parse_position(options.direction).norm() > 0)) {
@@ -121,22 +121,22 @@ scene::KnownStrike known_strike(const StrikeOptions& options) {
 
 void run_strike(const StrikeOptions& options, Context& context) {
   check_options(options);
-  const scene::Scene scene = scene_of(options, scene::listed(region_materials(options.body)));
-  const scene::Body body = solve_body(sounding_band(options.body, scene), context);
-  settle(body.pitch_target, context);
+  const scene::Scene scene = scene_of(options, scene::listed(region_materials(options.object)));
+  const scene::SolvedObject object = solve_object(sounding_band(options.object, scene), context);
+  settle(object.pitch_target, context);
   if (!context.speaks()) return;
 
   core::Trace trace;
   scene::SoundChain chain(scene, context.cache, trace);
-  const scene::RingingBody ringing =
-      chain.prepare(options.body.mesh, options.body.mesh, body.modes, body.materials);
+  const scene::RingingObject ringing =
+      chain.prepare(options.object.mesh, options.object.mesh, object.modes, object.materials);
   core::Columns record(scene::columns());
   scene::Sound sound;
-  sound.body = &ringing;
+  sound.object = &ringing;
   sound.seed = options.seed;
   sound.record = &record;
-  scene::draw_strike(scene.strikes, body.modes.surface,
-                     synth::modal::SurfaceSampler(body.modes.surface), {.seed = options.seed},
+  scene::draw_strike(scene.strikes, object.modes.surface,
+                     synth::modal::SurfaceSampler(object.modes.surface), {.seed = options.seed},
                      known_strike(options), sound);
   const double interval = core::parse_quantity(options.interval, core::Dimension::time);
   for (std::size_t i = 1; i < options.repeat; ++i) {
@@ -148,7 +148,7 @@ void run_strike(const StrikeOptions& options, Context& context) {
   const double peak = core::peak(sound.audio);
   const auto list = [](const Vec3& v) { return std::vector(v.begin(), v.end()); };
   const synth::modal::PointFrame frame =
-      synth::modal::frame_at(body.modes.surface, sound.strike.point);
+      synth::modal::frame_at(object.modes.surface, sound.strike.point);
   const Vec3& position = frame.position;
   const std::string& unit = sound.rings.readout.unit;
   const nlohmann::json drawn = record.last_row();
@@ -174,7 +174,8 @@ void run_strike(const StrikeOptions& options, Context& context) {
                            {"scene", effects},
                            {"effects", ran},
                            {"record", drawn}};
-    if (body.pitch_target) json["pitch_target"] = solvers::pitch::to_json(*body.pitch_target, true);
+    if (object.pitch_target)
+      json["pitch_target"] = solvers::pitch::to_json(*object.pitch_target, true);
     fmt::print("{}\n", json.dump(2));
     return;
   }
@@ -196,7 +197,7 @@ void run_strike(const StrikeOptions& options, Context& context) {
   for (const auto& [name, value] : drawn.items()) {
     fmt::print("  {:<24} {}\n", name, value.dump());
   }
-  if (body.pitch_target) print_report(*body.pitch_target);
+  if (object.pitch_target) print_report(*object.pitch_target);
 }
 
 }  // namespace
@@ -204,7 +205,7 @@ void run_strike(const StrikeOptions& options, Context& context) {
 void add_strike(Program& program, Context& context) {
   Command& command = program.add("strike", "one sound of one shape", Needs::solver);
   auto options = std::make_shared<StrikeOptions>();
-  add_body_options(command, options->body);
+  add_object_options(command, options->object);
   command.option_named("--max-frequency").show_default("20 kHz or half the sample rate");
   command.option("-o,--output", options->output, "WAV file, one channel per listener").required();
   command.option("--at", options->at, "point struck, x,y,z [m] (default: drawn by --seed)");
@@ -221,7 +222,7 @@ void add_strike(Program& program, Context& context) {
               "duration of the contact; 0: an ideal impulse")
       .show_default(scene::default_contact_time);
   command.option("--listener", options->listener,
-                 "x,y,z [m] from the centre of the body's box: pressure there instead of the "
+                 "x,y,z [m] from the centre of the object's box: pressure there instead of the "
                  "velocity at the point");
   command.option("--seconds", options->seconds, "length of the clip").show_default("1 s");
   command.option("--sample-rate", options->sample_rate, "[Hz]").show_default("44100");

@@ -60,7 +60,8 @@ void add_texture(Program& program, Context& context) {
   command.flag("--normals", options->normals, "a normal map (RGB) in place of a relief (RGBA)");
   command.footer(
       "Example:\n  carillon texture brick --set mortar_depth=3mm -o brick.png\n"
-      "What it prints goes under `texture:` of a body, as `image:`, `image_width:` and `depth:`.");
+      "What it prints goes under `texture:` of an object, as `image:`, `image_width:` and "
+      "`depth:`.");
   command.does([&context, options] {
     if (!context.speaks()) return;
     const nlohmann::json made = write_texture(*options);

@@ -72,7 +72,7 @@ constexpr RenamedKey renamed_keys[] = {
     {"tasks.*.classes", "label_groups"},
     {"methods.*.width", "units"},
     {"methods.*.pool", "pooling"},
-    {"recordings.body", "body_column"},
+    {"recordings.body", "object_column"},
     {"recordings.strike", "strike_column"},
     {"transfer.target", "target_dataset"},
     {"mixes.with", "mixed_with"},

@@ -6,7 +6,7 @@ namespace carillon::mpi {
 enum ExitCode {
   exit_done = 0,
   exit_internal = 1,
-  exit_input = 2,     ///< usage, configuration, input, or a body that cannot be solved as asked
+  exit_input = 2,     ///< usage, configuration, input, or an object that cannot be solved as asked
   exit_failures = 3,  ///< finished, but tasks failed or a pitch target was not met
   exit_interrupted = 130,
   exit_overdue = 152  ///< a task went on after its limit of time; as a shell tells SIGXCPU

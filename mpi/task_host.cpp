@@ -41,7 +41,7 @@ void TaskHost::refuse_what_fits_nowhere() {
                     core::human_binary_bytes(
                         static_cast<double>(*std::max_element(nodes.begin(), nodes.end())))),
         "run with more memory (`ranks.memory_per_node` says how much a node has), or on more nodes "
-        "for a body wide enough for several ranks; or ask for larger elements, fewer modes or a "
+        "for an object wide enough for several ranks; or ask for larger elements, fewer modes or a "
         "smaller `solver.memory_limit`"};
     if (machine.measured) {
       failure.hint = "that is what was free when the run began, so the same command tries again; " +

@@ -41,7 +41,7 @@ BoundingBall bounding_ball(const solvers::mesh::SurfaceMesh& mesh) {
   for (const Vec3& position : used) {
     ball.radius = std::max(ball.radius, (position - ball.centre).norm());
   }
-  if (!(ball.radius > 0)) throw core::InputError("picture: the body has no extent");
+  if (!(ball.radius > 0)) throw core::InputError("picture: the object has no extent");
   return ball;
 }
 

@@ -146,14 +146,14 @@ VoxelGrid voxelize(const solvers::mesh::SurfaceMesh& mesh, const VoxelOptions& o
   const int n = options.resolution;
   const solvers::mesh::Box box = box_of_faces(mesh);
   const double longest = box.longest_side();
-  if (!(longest > 0)) throw core::InputError("voxels: the body has no extent");
+  if (!(longest > 0)) throw core::InputError("voxels: the object has no extent");
 
   VoxelGrid grid;
   grid.resolution = n;
   grid.pitch = options.pitch > 0 ? options.pitch : longest / n;
   if (longest > grid.pitch * n * (1 + 1e-9)) {
     throw core::InputError(
-        fmt::format("voxels: {} cells of {:.4g} m hold {:.4g} m, but the body is {:.4g} m long", n,
+        fmt::format("voxels: {} cells of {:.4g} m hold {:.4g} m, but the object is {:.4g} m long", n,
                     grid.pitch, grid.pitch * n, longest),
         fmt::format("a pitch of {:.4g} m fits", rounded_up(longest / n)));
   }

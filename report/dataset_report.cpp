@@ -27,7 +27,7 @@ json read_if_there(const std::filesystem::path& path, const json& otherwise) {
   return document.is_null() ? otherwise : document;
 }
 
-/// Seconds of every body's modes task.
+/// Seconds of every object's modes task.
 std::map<std::string, double> modes_seconds(const json& trace) {
   const std::string prefix = "modes/";
   std::map<std::string, double> seconds;
@@ -37,7 +37,7 @@ std::map<std::string, double> modes_seconds(const json& trace) {
   return seconds;
 }
 
-/// What the body's modes files say: of several sets, the worst.
+/// What the object's modes files say: of several sets, the worst.
 void add_modes(const std::filesystem::path& path, ordered_json& shape) {
   double complete_to = std::numeric_limits<double>::infinity(), worst = -1, unknowns = 0;
   std::uint64_t modes = 0;
@@ -175,7 +175,7 @@ ordered_json dataset_report(const dataset::stored::StoredDataset& dataset, std::
                          {"bytes", bytes},
                          {"configuration", dataset.configuration},
                          {"versions", said.at("versions")},
-                         {"bodies", dataset.build.plan.shapes.size()},
+                         {"objects", dataset.build.plan.shapes.size()},
                          {"shapes", describe_shapes(dataset, trace, rows)},
                          {"stages", trace.value("stages", json::object())},
                          {"effects", describe_effects_run(dataset, trace)},

@@ -12,7 +12,7 @@
 #include "render/shading_mesh.hpp"
 #include "report/gallery_skin.hpp"
 #include "report/report.hpp"
-#include "scene/body.hpp"
+#include "scene/solved_object.hpp"
 #include "solvers/elements/lagrange.hpp"
 #include "synth/damping/damping.hpp"
 
@@ -145,7 +145,7 @@ ordered_json object_of(const dataset::plan::Shape& shape, const dataset::plan::V
   if (count < std::min(wanted, min_modes)) return nullptr;
 
   ordered_json object = {{"name", fmt::format("{}, {}", shape.id, variant.material)},
-                         {"body", shape.id},
+                         {"object", shape.id},
                          {"size", variant.size}};
   if (variant.size != 1) {
     object["name"] = fmt::format("{}, size {}", object["name"].get<std::string>(), variant.size);

@@ -72,7 +72,7 @@ std::string picture(std::span<const std::uint8_t> pixels, std::uint64_t height,
   return core::base64(core::png_bytes("frame", small(image)));
 }
 
-/// The body's frame, or of a simulation the one in the middle of its movie.
+/// The object's frame, or of a simulation the one in the middle of its movie.
 void add_picture(const Hdf5Group& index, std::uint64_t row, ordered_json& sample) {
   if (index.has("frames")) {
     const core::Extent extent = index.extent("frames");
@@ -142,7 +142,7 @@ void add_audio(const dataset::stored::SampleAudio& audio, std::uint64_t row, std
 ordered_json heard(const Hdf5Group& index, const dataset::stored::SampleAudio& audio,
                    std::uint64_t row, std::size_t bytes) {
   ordered_json sample = {{"key", index.read_rows<std::string>("key", row, 1).front()},
-                         {"body", index.read_rows<std::string>("shape", row, 1).front()},
+                         {"object", index.read_rows<std::string>("shape", row, 1).front()},
                          {"labels", ordered_json::object()}};
   for (const char* column : told) add_label(index, column, row, sample["labels"]);
   add_picture(index, row, sample);

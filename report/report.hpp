@@ -24,10 +24,11 @@ struct ReportFolders {
 /// @throws InputError  a folder that is not there or cannot be read, or nothing in any of them
 ReportFolders find_report_folders(const std::vector<std::string>& folders);
 
-/// What was built and how long it took: bodies, stages, effects, ranks, failures, configuration.
+/// What was built and how long it took: objects, stages, effects, ranks, failures, configuration.
 /// Made of the folder's own files; nothing is computed again.
-/// @param rows  of bodies, tasks and failures each, at the most: those that took longest, the first
-///              failures; `bodies`, `tasks_run` and `failed` count all
+/// @param rows  of objects, tasks and failures each, at the most: those that took longest, the
+/// first
+///              failures; `objects`, `tasks_run` and `failed` count all
 nlohmann::ordered_json dataset_report(const dataset::stored::StoredDataset& dataset,
                                       std::size_t rows);
 
@@ -38,13 +39,13 @@ struct ReportShare {
 };
 
 /// Sounds that stand for a dataset, evenly chosen from its rows: WAV file of 16 bits with its peak
-/// at half of full scale, what was drawn for it, frame and voxels of its body. Each has an equal
+/// at half of full scale, what was drawn for it, frame and voxels of its object. Each has an equal
 /// share of the bytes; of a longer clip its beginning is taken, of many listeners the first two.
 nlohmann::ordered_json heard_samples(const std::filesystem::path& folder, ReportShare share);
 
-/// `objects`: bodies of a dataset, each in one of its materials and sizes: surface and modes, as
+/// `objects`: objects of a dataset, each in one of its materials and sizes: surface and modes, as
 /// displacements along the normal, the lowest ones as far as they fit, and what damps them.
-/// `left_out`: how many bodies are not among them, by reason; `bytes`: of the share, those used.
+/// `left_out`: how many objects are not among them, by reason; `bytes`: of the share, those used.
 /// @param notes  of what could not be read
 nlohmann::ordered_json gallery_objects(const dataset::stored::StoredDataset& dataset,
                                        ReportShare share, nlohmann::ordered_json& notes);

@@ -35,45 +35,45 @@ void SoundChain::run(std::function<void(Subject&)> EffectParts::*stage, Subject&
   }
 }
 
-RingingBody SoundChain::prepare(const std::string& shape, const std::string& id,
-                                const solvers::modes::Modes& modes,
-                                const std::vector<synth::material::Material>& materials) {
+RingingObject SoundChain::prepare(const std::string& shape, const std::string& id,
+                                  const solvers::modes::Modes& modes,
+                                  const std::vector<synth::material::Material>& materials) {
   return prepare(shape, id, modes, materials, scene_.listeners);
 }
 
-RingingBody SoundChain::prepare_moving(const std::string& shape, const std::string& id,
-                                       const solvers::modes::Modes& modes,
-                                       const std::vector<synth::material::Material>& materials) {
+RingingObject SoundChain::prepare_moving(const std::string& shape, const std::string& id,
+                                         const solvers::modes::Modes& modes,
+                                         const std::vector<synth::material::Material>& materials) {
   return prepare(shape, id, modes, materials, {});
 }
 
-RingingBody SoundChain::prepare(const std::string& shape, const std::string& id,
-                                const solvers::modes::Modes& modes,
-                                const std::vector<synth::material::Material>& materials,
-                                std::span<const synth::modal::Listener> listeners) {
-  RingingBody body;
-  body.id = id;
-  body.shape = shape;
-  body.modes = &modes;
-  body.materials = &materials;
-  body.decay_rates.assign(modes.size(), 0.0);
+RingingObject SoundChain::prepare(const std::string& shape, const std::string& id,
+                                  const solvers::modes::Modes& modes,
+                                  const std::vector<synth::material::Material>& materials,
+                                  std::span<const synth::modal::Listener> listeners) {
+  RingingObject object;
+  object.id = id;
+  object.shape = shape;
+  object.modes = &modes;
+  object.materials = &materials;
+  object.decay_rates.assign(modes.size(), 0.0);
   const solvers::mesh::Box box = solvers::mesh::bounding_box(modes.surface.nodes);
-  body.centre = 0.5 * (box.low + box.high);
+  object.centre = 0.5 * (box.low + box.high);
   for (const synth::modal::Listener& listener : listeners) {
-    body.listeners.push_back({body.centre + listener.position});
+    object.listeners.push_back({object.centre + listener.position});
   }
-  run(&EffectParts::body, body);
-  return body;
+  run(&EffectParts::object, object);
+  return object;
 }
 
 void SoundChain::ring(Sound& sound) {
-  const RingingBody& body = *sound.body;
+  const RingingObject& object = *sound.object;
   sound.sample_rate = scene_.audio.sample_rate;
   run(&EffectParts::strike, sound);
-  const bool heard = !body.pressure.delays.empty();
+  const bool heard = !object.pressure.delays.empty();
   sound.rings = synth::modal::ring_down(
-      *body.modes, body.decay_rates, sound.strike,
-      heard ? body.pressure : synth::modal::point_velocity(*body.modes, sound.strike.point));
+      *object.modes, object.decay_rates, sound.strike,
+      heard ? object.pressure : synth::modal::point_velocity(*object.modes, sound.strike.point));
   run(&EffectParts::rings, sound);
 }
 

@@ -20,19 +20,21 @@ class SoundChain {
   /// @param trace  calls and seconds of every effect are added to it
   SoundChain(const Scene& scene, const std::filesystem::path& cache, core::Trace& trace);
 
-  /// A body as the effects of bodies leave it: its decay rates, and the pressure at listeners. The
-  /// modes and materials must outlive it.
-  /// @param shape  what the body is in a material and a size
-  RingingBody prepare(const std::string& shape, const std::string& id,
-                      const solvers::modes::Modes& modes,
-                      const std::vector<synth::material::Material>& materials);
+  /// An object as the effects of objects leave it: its decay rates, and the pressure at listeners.
+  /// The modes and materials must outlive it.
+  /// @param shape  what the object is in a material and a size
+  RingingObject prepare(const std::string& shape, const std::string& id,
+                        const solvers::modes::Modes& modes,
+                        const std::vector<synth::material::Material>& materials);
 
-  /// The same of a body that moves, whose pressure follows from its `field` at each of its poses.
-  RingingBody prepare_moving(const std::string& shape, const std::string& id,
-                             const solvers::modes::Modes& modes,
-                             const std::vector<synth::material::Material>& materials);
+  /// The same of an object that moves, whose pressure follows from its `field` at each of its
+  /// poses.
+  RingingObject prepare_moving(const std::string& shape, const std::string& id,
+                               const solvers::modes::Modes& modes,
+                               const std::vector<synth::material::Material>& materials);
 
-  /// Makes the audio of a sound whose body, strike and keys are set: rows x samples at full scale.
+  /// Makes the audio of a sound whose object, strike and keys are set: rows x samples at full
+  /// scale.
   void make(Sound& sound);
   /// The first half of it: what rings, as the effects of strikes and modes leave it.
   void ring(Sound& sound);
@@ -40,10 +42,10 @@ class SoundChain {
   void finish(Sound& sound);
 
  private:
-  RingingBody prepare(const std::string& shape, const std::string& id,
-                      const solvers::modes::Modes& modes,
-                      const std::vector<synth::material::Material>& materials,
-                      std::span<const synth::modal::Listener> listeners);
+  RingingObject prepare(const std::string& shape, const std::string& id,
+                        const solvers::modes::Modes& modes,
+                        const std::vector<synth::material::Material>& materials,
+                        std::span<const synth::modal::Listener> listeners);
   template <class Subject>
   void run(std::function<void(Subject&)> EffectParts::*stage, Subject& subject);
 

@@ -22,7 +22,7 @@ constexpr core::ColumnRule list[] = {
      "`train`, `validation` or `test`, frozen: whole shapes held out, simulations as wholes"},
     {"split_strike", "text", "", "1", "always",
      "the same: strikes held out within each shape, simulations as wholes"},
-    {"position", "float64", "3", "m", "struck", "point struck, in the body's coordinates"},
+    {"position", "float64", "3", "m", "struck", "point struck, in the object's coordinates"},
     {"normal", "float64", "3", "1", "struck", "outward normal there"},
     {"direction", "float64", "3", "1", "struck", "way of the force"},
     {"impulse", "float64", "", "N s", "struck",
@@ -62,9 +62,9 @@ constexpr core::ColumnRule list[] = {
     {"striker", "text", "", "1", "striker", "its kind"},
     {"striker_speed", "float64", "", "m/s", "striker", "at the contact; 0 for a noise burst"},
     {"striker_effective_mass", "float64", "", "kg", "striker",
-     "of striker and body together, as Hertz's contact has it; 0 for a noise burst"},
+     "of striker and object together, as Hertz's contact has it; 0 for a noise burst"},
     {"striker_effective_radius", "float64", "", "m", "striker",
-     "of striker and body together, as Hertz's contact has it; 0 for a noise burst"},
+     "of striker and object together, as Hertz's contact has it; 0 for a noise burst"},
     {"striker_peak_force", "float64", "", "N", "striker",
      "largest magnitude of the force as it is rendered: Hertz's pulse, the raised cosine in its "
      "place, or the noise burst"},
@@ -79,7 +79,7 @@ constexpr core::ColumnRule list[] = {
     {"support_force", "float64", "contacts", "N", "supports",
      "of each point, patch, base or line, in the order of the configuration"},
     {"support_position", "float64", "contacts,3", "m", "supports",
-     "their centres, from the centre of the body's box"},
+     "their centres, from the centre of the object's box"},
     {"support_damping", "float64", "", "1/s", "supports",
      "largest gain of a mode's decay rate, without coupling"},
     {"support_index", "int64", "contacts", "1", "may",
@@ -88,7 +88,7 @@ constexpr core::ColumnRule list[] = {
     {"support_coupled", "int64", "", "1", "may",
      "1: the coupled modes sound; 0: they could not be found, and the diagonal answer does "
      "(`supports.coupling: full`)"},
-    {"support_modes", "int64", "", "1", "may", "modes of the body (`supports.coupling: full`)"},
+    {"support_modes", "int64", "", "1", "may", "modes of the object (`supports.coupling: full`)"},
     {"support_modes_compared", "int64", "", "1", "may",
      "those of them that can be compared with the diagonal answer"},
     {"support_decay_error", "float64", "", "1", "may",
@@ -103,7 +103,7 @@ constexpr core::ColumnRule list[] = {
     {"click_peak", "float64", "", "Pa", "struck:click",
      "largest magnitude of the acceleration click at any listener; 0 where none hears it"},
     {"click_left_out", "int64", "", "1", "struck:click",
-     "listeners so near the body that they are without the click"},
+     "listeners so near the object that they are without the click"},
 
     // Motion.
     {"simulation", "int64", "", "1", "motion", "number of the simulation"},
@@ -157,7 +157,7 @@ constexpr core::ColumnRule list[] = {
     // Rooms and recording.
     {"room", "int64", "", "1", "room|tail", "number of the room, the same for all samples in it"},
     {"room_size", "float64", "3", "m", "room|tail", "sides of the room"},
-    {"room_source", "float64", "3", "m", "room|tail", "where the body's centre stands in it"},
+    {"room_source", "float64", "3", "m", "room|tail", "where the object's centre stands in it"},
     {"room_rt60", "float64", "8", "s", "room|tail",
      "reverberation time by Eyring's formula, octaves from 125 Hz to 16 kHz"},
     {"tail_level", "float64", "listeners", "dB", "tail",

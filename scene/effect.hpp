@@ -17,26 +17,26 @@ namespace carillon::scene {
 
 struct Scene;
 
-/// A body that is about to ring: at its size and of its materials, its own damping known.
-struct RingingBody {
+/// An object that is about to ring: at its size and of its materials, its own damping known.
+struct RingingObject {
   std::string id;                                ///< shape/material/size
   std::string shape;                             ///< the same in all of its materials and sizes
-  const solvers::modes::Modes* modes = nullptr;  ///< at the body's size
+  const solvers::modes::Modes* modes = nullptr;  ///< at the object's size
   const std::vector<synth::material::Material>* materials =
       nullptr;                                    ///< one per region of the modes
   std::vector<double> decay_rates;                ///< d of each mode [1/s]
   Vec3 centre = Vec3::Zero();                     ///< of its bounding box [m]
-  std::vector<synth::modal::Listener> listeners;  ///< in the body's coordinates; may be empty
+  std::vector<synth::modal::Listener> listeners;  ///< in the object's coordinates; may be empty
   /// Pressure at the listeners per modal motion; without rows the dry signal is heard. Made once
-  /// for a body, as it does not depend on the strike.
+  /// for an object, as it does not depend on the strike.
   synth::modal::Readout pressure;
-  /// Its radiation, for bodies that move; null without equivalent sources.
+  /// Its radiation, for objects that move; null without equivalent sources.
   std::shared_ptr<const synth::radiation::SourceField> field;
 };
 
 /// One sound on its way through the effects: each takes what is there and adds its part.
 struct Sound {
-  const RingingBody* body = nullptr;
+  const RingingObject* object = nullptr;
   std::uint64_t seed = 0;  ///< of the data set; random streams are keyed by (seed, id, purpose)
   std::uint64_t id = 0;    ///< of the sample
   std::size_t part = 0;    ///< of `parts` whose rooms and noises have nothing in common
@@ -61,15 +61,15 @@ struct Sound {
   }
 };
 
-/// The working parts of an effect in one chain: what it does to bodies and to sounds, and when. An
+/// The working parts of an effect in one chain: what it does to objects and to sounds, and when. An
 /// empty function does nothing and is not called. Parts share state of their own (an FFT's plan,
 /// room responses) and belong to one thread.
 struct EffectParts {
-  std::function<void(RingingBody&)> body;  ///< once per body
-  std::function<void(Sound&)> strike;      ///< the strike is drawn, nothing rings yet
-  std::function<void(Sound&)> rings;       ///< modes, their damping and gains are known
-  std::function<void(Sound&)> audio;       ///< samples are there, in m/s or Pa
-  std::function<void(Sound&)> full_scale;  ///< gain is applied: 1 is full scale
+  std::function<void(RingingObject&)> object;  ///< once per object
+  std::function<void(Sound&)> strike;          ///< the strike is drawn, nothing rings yet
+  std::function<void(Sound&)> rings;           ///< modes, their damping and gains are known
+  std::function<void(Sound&)> audio;           ///< samples are there, in m/s or Pa
+  std::function<void(Sound&)> full_scale;      ///< gain is applied: 1 is full scale
 };
 
 /// An effect as one scene has it.
@@ -80,10 +80,11 @@ struct SceneEffect {
   /// need not be ("no listener is placed"). Empty: it can run, and with `auto` it does.
   std::string reason_off;
   double seconds_per_sound = 0;  ///< estimated cost of one sound, one row
-  double seconds_per_body = 0;  ///< once for a shape in a material and size, whatever its listeners
+  double seconds_per_object =
+      0;  ///< once for a shape in a material and size, whatever its listeners
   double seconds_per_shape = 0;  ///< once for a shape
   double memory = 0;             ///< estimated, of its working parts [byte]
-  /// Further cost of one sound of a body of so many modes, whatever its rows; empty: none.
+  /// Further cost of one sound of an object of so many modes, whatever its rows; empty: none.
   std::function<double(int modes)> seconds_by_modes;
   /// Faults of the files it reads that can be found cheaply; called when the configuration is read,
   /// once it is known to be on. Empty: nothing to check.
@@ -103,7 +104,7 @@ struct Effect {
   const char* name;  ///< key under `effects:` and in plan and trace
   const char* description;
   const char* key;  ///< of the configuration, whose values say how it acts
-  /// Where it does its part: `body`, `strike`, `rings`, `audio` or `full scale` (as in
+  /// Where it does its part: `object`, `strike`, `rings`, `audio` or `full scale` (as in
   /// EffectParts), `motion` for what scenes that move are made of, or `view` for what is made
   /// beside the chain.
   const char* stage;

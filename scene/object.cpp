@@ -122,17 +122,17 @@ Object read_object(ConfigNode& node, const std::vector<std::string>& shared_mate
   return object;
 }
 
-Object parse_object(const std::string& body, const std::string& material) {
+Object parse_object(const std::string& shape, const std::string& material) {
   Object object;
-  if (std::filesystem::exists(body)) {
-    object.pattern = body;
+  if (std::filesystem::exists(shape)) {
+    object.pattern = shape;
   } else {
-    const auto colon = body.find(':');
-    const std::string family = body.substr(0, colon);
+    const auto colon = shape.find(':');
+    const std::string family = shape.substr(0, colon);
     if (family.find_first_of("./\\") != std::string::npos) {
-      throw core::FileError(fmt::format("{}: no such file", body));
+      throw core::FileError(fmt::format("{}: no such file", shape));
     }
-    object = parse_family(family, colon == std::string::npos ? "" : body.substr(colon + 1));
+    object = parse_family(family, colon == std::string::npos ? "" : shape.substr(colon + 1));
   }
   if (material.find('=') == std::string::npos ||
       material.find("youngs_modulus") != std::string::npos) {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/config.hpp"
-#include "scene/body.hpp"
+#include "scene/solved_object.hpp"
 
 namespace carillon::scene {
 
@@ -17,7 +17,7 @@ struct ModelNet {
   int per_class = 0;                 ///< at most so many of train and test together; 0: all
 };
 
-/// What is struck: a family of generated bodies or files that match a pattern, and what they are
+/// What is struck: a family of generated objects or files that match a pattern, and what they are
 /// made of.
 struct Object {
   std::string name;    ///< the family's by default; of files "" unless one is given
@@ -29,7 +29,7 @@ struct Object {
   std::optional<ModelNet> modelnet;               ///< they lie in its folders
   /// Options of those files; length and any_size count for families too.
   solvers::mesh::MeshFile file;
-  std::vector<std::string> materials;         ///< names, each a variant of its bodies
+  std::vector<std::string> materials;         ///< names, each a variant of its objects
   std::map<std::string, std::string> groups;  ///< instead: physical group -> material
 };
 
@@ -47,19 +47,18 @@ Object read_object(core::ConfigNode& node, const std::vector<std::string>& share
 Object read_shape(core::ConfigNode& node, const std::string& file_name);
 
 /// The object that a command line names.
-/// @param body      a file, or a family with some of its parameters: `bowl:radius=60mm,wall=3mm`
+/// @param shape     a file, or a family with some of its parameters: `bowl:radius=60mm,wall=3mm`
 /// @param material  `steel`, `youngs_modulus=7.2e10,...`, by physical group
-/// `shell=steel,core=wood`,
-///                  or "" for none
+///                  `shell=steel,core=wood`, or "" for none
 /// @throws InputError  unknown family or parameter, malformed value
 /// @throws FileError   no such file
-Object parse_object(const std::string& body, const std::string& material);
+Object parse_object(const std::string& shape, const std::string& material);
 
-/// Its one body: the file, or the shape with each parameter in the middle of its range.
+/// Its one object: the file, or the shape with each parameter in the middle of its range.
 /// @throws InputError  the parameters contradict each other
 solvers::mesh::MeshRequest mesh_request(const Object& object);
 
-/// What fills the regions of its bodies' meshes.
+/// What fills the regions of its objects' meshes.
 /// @param material  one of the object's; not looked at where physical groups have theirs
 /// @throws InputError  an unknown material
 RegionMaterials region_materials(const Object& object, const std::string& material,

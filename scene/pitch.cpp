@@ -1,7 +1,7 @@
 #include "scene/pitch.hpp"
 
 #include "mpi/comm.hpp"
-#include "scene/body.hpp"
+#include "scene/solved_object.hpp"
 #include "solvers/mesh/readers/read_mesh.hpp"
 
 namespace carillon::scene {

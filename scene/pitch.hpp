@@ -31,7 +31,7 @@ bool gives_tetrahedra(const solvers::mesh::MeshRequest& request);
 /// The target that a search asks the solvers for.
 solvers::pitch::PitchTarget pitch_target(const PitchSearch& search);
 
-/// Meshes and solves a body until its pitches are as accurate as asked
+/// Meshes and solves an object until its pitches are as accurate as asked
 /// (solvers::pitch::reach_pitch); every mesh that is tried stays in the cache. trace.stages["mesh"]
 /// counts the meshes.
 /// @note Collective on comm.

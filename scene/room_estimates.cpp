@@ -42,8 +42,8 @@ bool walls_reflect_nothing(const synth::room::WallAbsorption& walls, std::size_t
   return true;
 }
 
-/// How long after the direct sound the first reflection comes at the earliest, wherever the body
-/// may be [s]. A wall at distances a and b of body and listener has r^2 = r0^2 + 4 a b. The
+/// How long after the direct sound the first reflection comes at the earliest, wherever the object
+/// may be [s]. A wall at distances a and b of object and listener has r^2 = r0^2 + 4 a b. The
 /// smallest room has the nearest walls.
 double earliest_reflection(const RoomScene& room, const Scene& scene) {
   const auto listeners = places_of(scene);
@@ -53,12 +53,12 @@ double earliest_reflection(const RoomScene& room, const Scene& scene) {
     for (int axis = 0; axis < 3; ++axis) {
       for (const bool far : {false, true}) {
         const double margin = room.margin > 0 ? room.margin : 0.1 * place.size[axis];
-        const double body = !room.source ? margin
-                            : far        ? place.size[axis] - place.source[axis]
-                                         : place.source[axis];
-        const double ear = std::max(body + (far ? -1 : 1) * listener[axis], 0.0);
+        const double object = !room.source ? margin
+                              : far        ? place.size[axis] - place.source[axis]
+                                           : place.source[axis];
+        const double ear = std::max(object + (far ? -1 : 1) * listener[axis], 0.0);
         const double direct = listener.norm();
-        const double way = std::sqrt(direct * direct + 4 * body * ear) - direct;
+        const double way = std::sqrt(direct * direct + 4 * object * ear) - direct;
         earliest = std::min(earliest, way / synth::room::sound_speed(room.air));
       }
     }
@@ -148,7 +148,7 @@ double seconds_per_sound(const RoomScene& room, const Scene& scene, bool images)
     const double longest = *std::max_element(rt60.begin(), rt60.end());
     seconds = kSecondsPerTailSecond * rate * std::min(1.5 * longest, scene.audio.seconds);
   }
-  const auto strikes = static_cast<double>(scene.strikes_per_body());
+  const auto strikes = static_cast<double>(scene.strikes_per_object());
   const double convolution = kSecondsPerSample * static_cast<double>(scene.audio.samples());
   return convolution + seconds * std::min(1.0, room.count / std::max(1.0, strikes));
 }

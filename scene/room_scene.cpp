@@ -97,7 +97,7 @@ synth::room::WallAbsorption walls_of(const RoomScene& scene, const Vec3& size, d
   return synth::room::same_on_all_walls(absorption);
 }
 
-/// Where the body may be so that it and its listeners are inside.
+/// Where the object may be so that it and its listeners are inside.
 Eigen::AlignedBox3d places(const RoomScene& scene, const Vec3& size,
                            const std::vector<Vec3>& listeners) {
   const Vec3 margin = scene.margin > 0 ? Vec3::Constant(scene.margin) : Vec3(0.1 * size);
@@ -108,9 +108,10 @@ Eigen::AlignedBox3d places(const RoomScene& scene, const Vec3& size,
   }
   if (box.isEmpty()) {
     throw core::InputError(
-        fmt::format("a room of {} has no place for the body, {:.3g} m from the walls, with all its "
-                    "listeners inside",
-                    synth::room::size_text(size), margin.minCoeff()),
+        fmt::format(
+            "a room of {} has no place for the object, {:.3g} m from the walls, with all its "
+            "listeners inside",
+            synth::room::size_text(size), margin.minCoeff()),
         "make the room larger, or the margin or the listeners' distances smaller");
   }
   return box;
@@ -244,10 +245,10 @@ synth::room::RoomOptions room_options(const RoomScene& scene, const Room& room,
   return options;
 }
 
-std::vector<Vec3> relative_listeners(const RingingBody& body) {
+std::vector<Vec3> relative_listeners(const RingingObject& object) {
   std::vector<Vec3> relative;
-  for (const synth::modal::Listener& listener : body.listeners) {
-    const Vec3 from_centre = listener.position - body.centre;
+  for (const synth::modal::Listener& listener : object.listeners) {
+    const Vec3 from_centre = listener.position - object.centre;
     relative.emplace_back((from_centre * 1e9).array().round() / 1e9);
   }
   return relative;

@@ -17,7 +17,7 @@ namespace carillon::scene {
 /// The `room:` of a configuration: a pool of shoebox rooms for each part of the data set.
 struct RoomScene {
   std::vector<core::Range> size;  ///< of the sides [m], 3
-  std::optional<Vec3> source;     ///< where bodies stand [m]; none: drawn for each room
+  std::optional<Vec3> source;     ///< where objects stand [m]; none: drawn for each room
   double margin = 0;              ///< of drawn places to the walls [m]; 0: a tenth of a side
   std::optional<synth::room::WallAbsorption> walls;
   std::optional<double> rt60;  ///< at 1 kHz, by walls that absorb alike at all octaves [s]
@@ -37,25 +37,25 @@ struct Room {
 };
 
 /// Reads `room`, which must be there.
-/// The smallest room must hold the body and the scene's listeners.
+/// The smallest room must hold the object and the scene's listeners.
 /// @throws ConfigError
 RoomScene read_room(core::ConfigNode& root, const Scene& scene);
 
-/// A room of the pools at its largest or the smallest size, the body in the middle of where it may
-/// be.
-/// @throws InputError  no place for body and listeners; names the room's size
+/// A room of the pools at its largest or the smallest size, the object in the middle of where it
+/// may be.
+/// @throws InputError  no place for object and listeners; names the room's size
 Room typical_room(const RoomScene& scene, const Scene& audio, bool largest,
                   const std::vector<Vec3>& listeners);
 
-/// The same with the body in each corner of where it may be: that is where images of any order are
-/// nearest (their distances are linear or constant in each coordinate).
+/// The same with the object in each corner of where it may be: that is where images of any order
+/// are nearest (their distances are linear or constant in each coordinate).
 std::vector<Room> rooms_at_the_edges(const RoomScene& scene, const Scene& audio, bool largest,
                                      const std::vector<Vec3>& listeners);
 
 /// The room of a sample: which of its part's pool is keyed by (seed, id, "room.choice"), and what
 /// the room is by (seed, its number), so that it is the same in every sample.
-/// @param listeners  from the body's centre [m]
-/// @throws InputError  no place for body and listeners; names the room's size
+/// @param listeners  from the object's centre [m]
+/// @throws InputError  no place for object and listeners; names the room's size
 Room room_of(const RoomScene& scene, const Sound& sound, const std::vector<Vec3>& listeners);
 
 /// Options of the response of one listener in a room.
@@ -63,15 +63,15 @@ synth::room::RoomOptions room_options(const RoomScene& scene, const Room& room,
                                       const Vec3& listener, double sample_rate, std::size_t count,
                                       std::uint64_t seed);
 
-/// A body's listeners from its centre, to a nanometre: equal for bodies that lie elsewhere.
-std::vector<Vec3> relative_listeners(const RingingBody& body);
+/// An object's listeners from its centre, to a nanometre: equal for objects that lie elsewhere.
+std::vector<Vec3> relative_listeners(const RingingObject& object);
 
 /// Whether air takes a decibel or more from the direct sound of a listener, in an octave of which
 /// the clip has the centre.
 bool air_is_heard(const RoomScene& room, const Scene& scene);
 
 /// Why no early reflection of the scene's rooms is heard (walls reflect nothing, or the first one
-/// comes after the clip, wherever the body may be drawn); empty when one may be.
+/// comes after the clip, wherever the object may be drawn); empty when one may be.
 std::string why_no_reflection(const RoomScene& room, const Scene& scene);
 
 /// What the effects of a room have in common: reads `room`, and fills in what asks for the effect,
@@ -82,7 +82,7 @@ std::optional<RoomScene> ask_for_room(core::ConfigNode& root, const Scene& scene
                                       SceneEffect& effect);
 
 /// Estimated cost of one sound and row: the convolution, and the response's making, shared by the
-/// samples that may draw the same room. A body's own strikes are all that is known of them here,
+/// samples that may draw the same room. An object's own strikes are all that is known of them here,
 /// and one pool stands for those of all parts: what other parts add to it, the responses that
 /// shapes of the same part find in the cache take away.
 /// @param images  of the early reflections; else of the tail

@@ -55,11 +55,11 @@ StrikeConfig read_strikes(ConfigNode node, const std::string& file_name) {
   return strikes;
 }
 
-/// What says how bodies are struck or held has no meaning where they move.
+/// What says how objects are struck or held has no meaning where they move.
 void refuse_strikes(const ConfigNode& root) {
   for (const char* key : {"strikes", "striker", "supports"}) {
     if (!root.has(key)) continue;
-    root.fail(key, "goes with bodies that are struck, not with `motion`",
+    root.fail(key, "goes with objects that are struck, not with `motion`",
               "strikes and supports follow from the motion; remove one of the two");
   }
 }
@@ -116,18 +116,18 @@ std::string Scene::unheard() const {
   return runs("radiation") ? "" : "radiation is off: the dry signal is no pressure";
 }
 
-std::size_t Scene::strikes_per_body() const {
+std::size_t Scene::strikes_per_object() const {
   return strikes.given.empty() ? static_cast<std::size_t>(strikes.per_object)
                                : strikes.given.size();
 }
 
 namespace {
 
-/// Of one sound, with its fraction of what is done once for its body.
+/// Of one sound, with its fraction of what is done once for its object.
 double effect_seconds(const Scene& scene, const SceneEffect& effect, int modes) {
   double seconds = effect.seconds_per_sound * static_cast<double>(scene.rows());
   if (effect.seconds_by_modes) seconds += effect.seconds_by_modes(modes);
-  return seconds + effect.seconds_per_body / static_cast<double>(scene.strikes_per_body());
+  return seconds + effect.seconds_per_object / static_cast<double>(scene.strikes_per_object());
 }
 
 }  // namespace

@@ -13,7 +13,7 @@
 
 namespace carillon::scene {
 
-/// One strike that was given rather than drawn, in the body's coordinates at size 1.
+/// One strike that was given rather than drawn, in the object's coordinates at size 1.
 struct GivenStrike {
   std::string shape;  ///< shape id; "" or "*": every shape
   Vec3 position;
@@ -45,10 +45,10 @@ struct Scene {
   AudioConfig audio;
   StrikeConfig strikes;
   std::vector<synth::material::Material>
-      materials;                ///< every one that a body is made of; may be empty
+      materials;                ///< every one that an object is made of; may be empty
   std::string materials_place;  ///< as SceneSurroundings::materials_place
   std::size_t parts = 1;        ///< as Sound::parts
-  std::vector<synth::modal::Listener> listeners;  ///< from the centre of the body's box
+  std::vector<synth::modal::Listener> listeners;  ///< from the centre of the object's box
   std::vector<EffectDecision> effects;            ///< every effect there is, on or off, in order
 
   /// Of a sound: one per listener, or one of the dry signal.
@@ -57,10 +57,10 @@ struct Scene {
   /// Why nothing hears pressure in air: no listener, or radiation is off; "" where something does.
   /// For effects after radiation.
   std::string unheard() const;
-  /// Of each body: drawn, or given ones.
-  std::size_t strikes_per_body() const;
+  /// Of each object: drawn, or given ones.
+  std::size_t strikes_per_object() const;
   /// Estimated seconds of one sound: modes ringing, the effects that are on, and the sound's share
-  /// of what they do once for its body.
+  /// of what they do once for its object.
   double seconds_per_sound(int modes) const;
   /// Estimated seconds of what effects do once for a shape, beside its sounds.
   double seconds_per_shape() const;
@@ -69,7 +69,7 @@ struct Scene {
 /// What a scene needs to know of the rest of a configuration.
 struct SceneSurroundings {
   std::vector<synth::material::Material> materials =
-      {};                            ///< of all bodies, where that is known already
+      {};                            ///< of all objects, where that is known already
   std::string materials_place = {};  ///< what names them, "materials: (kitchen.yaml:6)"; may be ""
   std::size_t parts = 1;             ///< as Sound::parts
   bool with_files = true;  ///< faults of large files that effects read are looked for, too
@@ -99,7 +99,7 @@ struct PlannedEffect {
 nlohmann::json to_json(const PlannedEffect& effect);
 
 /// Every effect there is, in order.
-/// @param modes  of a body, where the cost depends on them
+/// @param modes  of an object, where the cost depends on them
 std::vector<PlannedEffect> plan_effects(const Scene& scene, int modes = 60);
 
 }  // namespace carillon::scene

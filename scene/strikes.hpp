@@ -14,7 +14,7 @@ namespace carillon::scene {
 inline constexpr const char* default_impulse = "0.02 N s";
 inline constexpr const char* default_contact_time = "0.2 ms";
 
-/// What of a strike is given rather than drawn, in the body's coordinates.
+/// What of a strike is given rather than drawn, in the object's coordinates.
 struct KnownStrike {
   std::optional<Vec3> position;        ///< [m]; the surface's nearest point is struck
   std::optional<Vec3> direction;       ///< of the force, of length 1
@@ -32,9 +32,9 @@ struct StrikeDraw {
 /// The stream that the point and the direction of a strike are drawn from.
 core::RandomStream strike_places(std::uint64_t seed, std::uint64_t place = 0);
 
-/// Draws a strike on a sound's body as a scene says: point by area, direction, impulse and contact
-/// time.
-/// @param surface  of the body, at any size; `sampler` is one of it
+/// Draws a strike on a sound's object as a scene says: point by area, direction, impulse and
+/// contact time.
+/// @param surface  of the object, at any size; `sampler` is one of it
 void draw_strike(const StrikeConfig& strikes, const solvers::modes::ModeSurface& surface,
                  const synth::modal::SurfaceSampler& sampler, const StrikeDraw& draw,
                  const KnownStrike& known, Sound& sound);

@@ -6,8 +6,8 @@
 #include <numeric>
 #include <utility>
 
-#include "cli/body_options.hpp"
 #include "cli/learning_commands.hpp"
+#include "cli/object_options.hpp"
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "core/json.hpp"
@@ -177,18 +177,18 @@ std::string extended_scene(const IdentifyOptions& options, const Vec3& place,
   const Answer& shape = answer_of(answers, {"shape", "family"}, "shape");
   const Answer& material = answer_of(answers, {"material"}, "material");
   const eval::studies::TrainingRecord& record = shape.recogniser->record();
-  eval::studies::RecognisedBody body = eval::studies::body_of_class(
+  eval::studies::RecognisedObject object = eval::studies::object_of_class(
       record.source_folder, record.task.column, shape.recogniser->label_of(shape.best()));
-  body.material = eval::studies::material_of_class(material.recogniser->record().source_folder,
-                                                   material.recogniser->label_of(material.best()));
-  return eval::studies::with_body(core::read_file(options.scene), options.scene, body, place);
+  object.material = eval::studies::material_of_class(
+      material.recogniser->record().source_folder, material.recogniser->label_of(material.best()));
+  return eval::studies::with_object(core::read_file(options.scene), options.scene, object, place);
 }
 
 }  // namespace
 
 void run_identify(const IdentifyOptions& options, const Context& context) {
   if (!options.scene.empty() && options.clips.size() > 1) {
-    throw core::InputError("--scene takes the body of one clip", "give one");
+    throw core::InputError("--scene takes the object of one clip", "give one");
   }
   if (!context.speaks()) return;
   const double start = core::monotonic_seconds();
@@ -208,7 +208,7 @@ void run_identify(const IdentifyOptions& options, const Context& context) {
   if (!options.scene.empty()) {
     const std::string output = options.output.empty() ? options.scene : options.output;
     core::write_text_durably(output, extended_scene(options, place, answers));
-    if (!context.json) fmt::print("{}: one body more\n", output);
+    if (!context.json) fmt::print("{}: one object more\n", output);
   }
   if (!context.json) {
     print_trust(recognisers, width);

@@ -49,7 +49,7 @@ std::optional<bool> expected(const core::ColumnRule& rule,
   std::string when = rule.when;
   if (when == "always") return true;
   if (when == "may") return {};
-  if (when.starts_with("struck")) {  // bodies that are struck, not takes
+  if (when.starts_with("struck")) {  // objects that are struck, not simulations
     if (config.motion) return false;
     if (when == "struck") return true;
     when = when.substr(when.find(':') + 1);

@@ -79,7 +79,7 @@ Finding check_split_shape(const DatasetFolder& folder, const std::vector<Row>& r
     if (!is_part(row.split_shape)) {
       items.push_back(fmt::format("{}: \"{}\" is no part", row.key, row.split_shape));
     }
-    // A simulation's own bodies count where the configuration has enough of them to hold some out.
+    // A simulation's own objects count where the configuration has enough of them to hold some out.
     const std::vector<std::string> own = row.simulation ? row.played : std::vector{row.shape};
     for (const std::string& shape : own) {
       if (row.simulation && !held.contains(shape)) continue;

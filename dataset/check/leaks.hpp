@@ -6,11 +6,12 @@
 
 namespace carillon::dataset::check {
 
-/// No body in two parts of split_shape: by its name, and by its surface (whatever its name, place,
-/// turn and size). Surfaces are those of modes files, and of mesh files as dataset.json has them.
+/// No object in two parts of split_shape: by its name, and by its surface (whatever its name,
+/// place, turn and size). Surfaces are those of modes files, and of mesh files as dataset.json has
+/// them.
 Finding check_split_shape(const DatasetFolder& folder, const std::vector<Row>& rows);
 
-/// No strike in two parts of split_strike: by its number, and by the point of the body.
+/// No strike in two parts of split_strike: by its number, and by the point of the object.
 Finding check_split_strike(const DatasetFolder& folder, const std::vector<Row>& rows);
 
 /// No room in two parts of either split. Rooms that the configuration draws nothing of are the same

@@ -16,8 +16,8 @@ struct Row {
   double size = 1;
   std::int64_t strike = 0;           ///< or simulation
   bool simulation = false;           ///< of a scene that moves; its shape is itself
-  std::vector<std::string> played;   ///< shapes of a simulation's bodies
-  Vec3 point = Vec3::Zero();         ///< struck, on the body at size 1 [m]
+  std::vector<std::string> played;   ///< shapes of a simulation's objects
+  Vec3 point = Vec3::Zero();         ///< struck, on the object at size 1 [m]
   std::optional<std::int64_t> room;  ///< number
   std::string room_text;             ///< its size, place and reverberation
   std::string noise;                 ///< noise_source

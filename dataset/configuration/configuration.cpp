@@ -121,7 +121,7 @@ std::string materials_place(ConfigNode& root) {
   return "";
 }
 
-/// Told when the configuration is read: the band and the materials are known, no body need be.
+/// Told when the configuration is read: the band and the materials are known, no object need be.
 void tell_negative_damping(ConfigNode& root, BuildConfig& config) {
   for (scene::EffectDecision& decision : config.scene.effects) {
     if (!decision.enabled || decision.effect->name != std::string_view("damping")) continue;
@@ -141,7 +141,7 @@ std::vector<scene::motion::CastObject> cast_objects(const BuildConfig& config) {
   return objects;
 }
 
-/// Nothing is solved that no simulation needs, and bodies that move radiate by equivalent sources.
+/// Nothing is solved that no simulation needs, and objects that move radiate by equivalent sources.
 void check_cast(ConfigNode& root, const BuildConfig& config) {
   const std::vector<scene::motion::CastBody>& bodies = config.motion->bodies;
   for (std::size_t i = 0; i < config.objects.size(); ++i) {
@@ -167,7 +167,7 @@ void check_cast(ConfigNode& root, const BuildConfig& config) {
   ConfigNode radiation = root.child("radiation");
   const std::string model = radiation.text("model", "equivalent_sources");
   if (config.scene.runs("radiation") && model != "equivalent_sources") {
-    radiation.fail("model", fmt::format("{} has no answer for bodies that turn", model),
+    radiation.fail("model", fmt::format("{} has no answer for objects that turn", model),
                    "with `motion` write equivalent_sources, or off");
   }
 }

@@ -37,7 +37,7 @@ struct BuildConfig {
   std::string materials_file;  ///< path; "" for none
   std::vector<synth::material::Material> own_materials;
   std::vector<ObjectSource> objects;
-  VariantChoice sounding;  ///< variants of each body that samples are made of
+  VariantChoice sounding;  ///< variants of each object that samples are made of
   solvers::modes::Band band;
   solvers::eigen::SolveOptions solver;  ///< all but the band
   solvers::mesh::MeshOptions mesh;

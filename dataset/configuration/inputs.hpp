@@ -9,7 +9,7 @@
 namespace carillon::dataset::configuration {
 
 /// A small file that a configuration names: own materials, given strikes, the profile of a turned
-/// body.
+/// object.
 struct InputFile {
   std::string key;   ///< of the configuration, dotted: "strikes.csv"
   std::string path;  ///< where it was read

@@ -22,9 +22,9 @@ namespace carillon::dataset::configuration {
 /// and is judged by the matrix alone).
 struct TaskLimits {
   solvers::mesher::ChildLimits mesh;  ///< of the mesher's process
-  double solve_time = 0;              ///< of one solve of a body in all its materials [s]; 0: none
-  std::int64_t solve_memory = 0;      ///< data of a rank's process while it solves [byte]; 0: none
-  double sample_time = 0;             ///< of one sound [s]; 0: none
+  double solve_time = 0;          ///< of one solve of an object in all its materials [s]; 0: none
+  std::int64_t solve_memory = 0;  ///< data of a rank's process while it solves [byte]; 0: none
+  double sample_time = 0;         ///< of one sound [s]; 0: none
 };
 
 /// @throws ConfigError

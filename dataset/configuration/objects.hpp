@@ -15,7 +15,7 @@ struct DrawnSize {
   double deviation = 0;  ///< a thousandth to a quarter of the mean; draws lie within three of them
 };
 
-/// One entry of `objects:` with the bodies and variants that a build makes of it.
+/// One entry of `objects:` with the objects and variants that a build makes of it.
 struct ObjectSource {
   scene::Object object;
   int count = 1;                        ///< instances of a family: name-000, name-001, ...
@@ -25,7 +25,7 @@ struct ObjectSource {
 
 enum class Which { all, first, last };
 
-/// Which of its materials and of its sizes every body sounds in. Its modes serve all of them, so
+/// Which of its materials and of its sizes every object sounds in. Its modes serve all of them, so
 /// builds that differ in this alone share every solve.
 struct VariantChoice {
   Which materials = Which::all;

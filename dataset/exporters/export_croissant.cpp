@@ -49,7 +49,7 @@ ordered_json croissant_of(ordered_json head, const std::string& format,
 
   ordered_json label_fields = ordered_json::array();
   // A tar's members are named by the keys, files lie in their part's folder: the first of such a
-  // name on the way, as a body may be called so too.
+  // name on the way, as an object may be called so too.
   const ordered_json from_path = {
       {"fileSet", {{"@id", "sounds"}}},
       {"extract", {{"fileProperty", "fullpath"}}},

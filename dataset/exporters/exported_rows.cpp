@@ -19,7 +19,7 @@ using nlohmann::ordered_json;
 
 namespace {
 
-/// Whether a row ends in the axes of space; three contacts, listeners or bodies are none.
+/// Whether a row ends in the axes of space; three contacts, listeners or objects are none.
 bool is_vector(const std::string& column) {
   const core::ColumnRule* rule = core::find_rule(scene::columns(), column);
   return rule != nullptr && std::string_view(rule->inner).ends_with('3');
@@ -82,8 +82,9 @@ void read_labels(const core::Hdf5Group& index, const ExportedRows::Column& colum
 ExportedRows::ExportedRows(const core::Hdf5Group& index, const std::string& split) : index_(index) {
   if (!index.has("key")) throw core::InputError("the dataset has no samples");
   if (!index.has(split) || index.is_group(split) || !index.is_text(split)) {
-    throw core::InputError(fmt::format("there is no split \"{}\"", split),
-                           "split_shape holds out whole bodies, split_strike strikes of each body");
+    throw core::InputError(
+        fmt::format("there is no split \"{}\"", split),
+        "split_shape holds out whole objects, split_strike strikes of each body");
   }
   keys_ = index.read<std::string>("key");
   parts_ = index.read<std::string>(split);

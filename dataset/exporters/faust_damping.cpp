@@ -27,8 +27,8 @@ FaustDamping rayleigh_of_one(const synth::damping::DampingModel& model, std::siz
       "alpha1 = {};\n"
       "alpha2 = {} * {};\n"
       "rate(lambda) = (alpha1 + alpha2*lambda)/2;\n",
-      parameter_slider("v:body/[3]alpha1[unit:1/s]", model.parameters[0], 1000),
-      parameter_slider("v:body/[4]alpha2[unit:ns]", model.parameters[1] / kNano, 1000),
+      parameter_slider("v:object/[3]alpha1[unit:1/s]", model.parameters[0], 1000),
+      parameter_slider("v:object/[4]alpha2[unit:ns]", model.parameters[1] / kNano, 1000),
       faust_number(kNano));
   damping.rates.assign(modes, "rate");
   return damping;
@@ -42,8 +42,8 @@ FaustDamping rayleigh_of_regions(const solvers::modes::Modes& modes,
       "alpha1 = {};\n"
       "alpha2 = {};\n"
       "rate(a1, a2, lambda) = (alpha1*a1 + alpha2*a2*lambda)/2;\n",
-      factor_slider("v:body/[3]alpha1 of all materials, times"),
-      factor_slider("v:body/[4]alpha2 of all materials, times"));
+      factor_slider("v:object/[3]alpha1 of all materials, times"),
+      factor_slider("v:object/[4]alpha2 of all materials, times"));
   for (Eigen::Index i = 0; i < modes.kinetic_fraction.rows(); ++i) {
     double alpha1 = 0, alpha2 = 0;
     for (std::size_t r = 0; r < materials.size(); ++r) {
@@ -95,7 +95,7 @@ FaustDamping faust_damping(const solvers::modes::Modes& modes,
 
   FaustDamping damping;
   damping.definitions =
-      fmt::format("damping = {};\n", factor_slider("v:body/[3]decay rates, times"));
+      fmt::format("damping = {};\n", factor_slider("v:object/[3]decay rates, times"));
   const std::string c = materials.size() == 1 ? formula(materials.front().damping) : "";
   if (!c.empty()) {
     damping.definitions += fmt::format("rate(lambda) = damping*max(0, {})/2;\n", c);

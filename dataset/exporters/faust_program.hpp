@@ -15,7 +15,7 @@ struct FaustDamping {
   std::vector<std::string> rates;  ///< `rate` of each mode, with all arguments but lambda
 };
 
-/// Rayleigh damping gets a slider for each of its parameters: their values, or, of bodies of
+/// Rayleigh damping gets a slider for each of its parameters: their values, or, of objects of
 /// several regions, factors of them. The other formulas of one region are written out, behind a
 /// slider that multiplies the decay rates; of what else there is (expressions, other models in
 /// several regions) the rates are stored, and do not follow the size.
@@ -37,7 +37,7 @@ struct FaustMode {
 /// Contacts that a program's strikes may last [s].
 constexpr double shortest_contact = 1e-6, longest_contact = 1;
 
-/// What a Faust program of one body is made from.
+/// What a Faust program of one object is made from.
 struct FaustProgram {
   std::string name;
   std::vector<std::string> remarks;  ///< lines of the header
@@ -50,7 +50,7 @@ struct FaustProgram {
 };
 
 /// The program's text: `process` with a strike button and an input for forces [N], and
-/// `body(position, force)` for other programs. docs/exports.md says what it computes.
+/// `object(position, force)` for other programs. docs/exports.md says what it computes.
 std::string faust_text(const FaustProgram& program);
 
 /// A number as Faust reads it, all digits kept; never an integer, which would overflow.

@@ -41,7 +41,7 @@ std::string header(const FaustProgram& program) {
   text += R"(//
 // process: a strike by the button `strike`, and an input for any other force on the point [N]; the
 // output is the velocity of the struck point along its outward normal [m/s], times the gain. A
-// force points inward. `body(position, force)`, in other programs: component("FILE.dsp").body.
+// force points inward. `object(position, force)`, in other programs: component("FILE.dsp").object.
 //
 // To the extent that its maker has rights in it, this program's text is free for any use (CC0 1.0);
 // the shape may have an author of its own.
@@ -49,7 +49,7 @@ std::string header(const FaustProgram& program) {
 )";
   text += fmt::format("declare name \"{}\";\n", plain(program.name));
   text += fmt::format(
-      "declare description \"Modes of a struck body\";\n"
+      "declare description \"Modes of a struck object\";\n"
       "declare version \"{0}\";\n"
       "declare author \"Carillon {0}\";\n",
       core::version());
@@ -70,9 +70,9 @@ std::string sliders(const FaustProgram& program) {
   text += fmt::format("impulse = {};\n",
                       faust_slider("v:strike/[3]impulse[unit:N s][scale:log]", program.impulse,
                                    program.impulse / 100, program.impulse * 100));
-  text += fmt::format("position = nentry(\"v:body/[1]position\", 0, 0, {}, 1);\n", last);
+  text += fmt::format("position = nentry(\"v:object/[1]position\", 0, 0, {}, 1);\n", last);
   text += fmt::format("size = max(1e-3, min(1000, {}));\n",
-                      faust_slider("v:body/[2]size[scale:log]", 1, 0.25, 4));
+                      faust_slider("v:object/[2]size[scale:log]", 1, 0.25, 4));
   text += program.damping;
   text +=
       fmt::format("gain = ba.db2linear(min(200, {}));\n",
@@ -97,7 +97,8 @@ std::string mode_line(const FaustMode& mode) {
 std::string faust_text(const FaustProgram& program) {
   std::string text = header(program) + sliders(program) + faust_parts;
   text += fmt::format(
-      "\n// ---- The body: eigenvalue [rad^2/s^2], decay rate, gain at each point [m/s per N s]\n\n"
+      "\n// ---- The object: eigenvalue [rad^2/s^2], decay rate, gain at each point [m/s per N "
+      "s]\n\n"
       "at(position, values) = values, int(max(0, min({}, position))) : rdtable;\n\n"
       "bank(position) = _, _, _, _, _ <:\n",
       program.points.size() - 1);
@@ -107,7 +108,7 @@ std::string faust_text(const FaustProgram& program) {
   }
   text += R"(  :> _;
 
-body(position, force) = bank(position, 0, 0, 0, 0, force);
+object(position, force) = bank(position, 0, 0, 0, 0, force);
 process(force) = bank(position, contact(strike > strike', impulse), force)*gain;
 )";
   return text;

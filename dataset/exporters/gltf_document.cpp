@@ -26,12 +26,12 @@ ordered_json material_json(const GltfMaterial& material) {
             {"roughnessFactor", material.appearance.roughness}}}};
 }
 
-ordered_json primitives(GlbFile& file, const GltfBody& body) {
-  const GltfSurface& surface = body.surface;
+ordered_json primitives(GlbFile& file, const GltfObject& object) {
+  const GltfSurface& surface = object.surface;
   const ordered_json attributes = {{"POSITION", file.add_vertices(surface.positions, true)},
                                    {"NORMAL", file.add_vertices(surface.normals, false)}};
   ordered_json targets = ordered_json::array();
-  for (const GltfMode& mode : body.modes) {
+  for (const GltfMode& mode : object.modes) {
     targets.push_back({{"POSITION", file.add_vertices(mode.target.positions, true)},
                        {"NORMAL", file.add_vertices(mode.target.normals, false)}});
   }
@@ -47,42 +47,42 @@ ordered_json primitives(GlbFile& file, const GltfBody& body) {
 }
 
 /// One swing of each mode: the sine of its weight, all others at rest.
-ordered_json animations(GlbFile& file, const GltfBody& body) {
+ordered_json animations(GlbFile& file, const GltfObject& object) {
   std::vector<float> times;
   for (int key = 0; key <= kKeysOfSwing; ++key) {
-    times.push_back(static_cast<float>(body.period * key / kKeysOfSwing));
+    times.push_back(static_cast<float>(object.period * key / kKeysOfSwing));
   }
   const std::size_t input = file.add_times(times);
   ordered_json list = ordered_json::array();
-  for (std::size_t mode = 0; mode < body.modes.size(); ++mode) {
-    std::vector<float> weights(times.size() * body.modes.size(), 0.0F);
+  for (std::size_t mode = 0; mode < object.modes.size(); ++mode) {
+    std::vector<float> weights(times.size() * object.modes.size(), 0.0F);
     for (std::size_t key = 0; key < times.size(); ++key) {
       const double turn = 2 * std::numbers::pi * static_cast<double>(key) / kKeysOfSwing;
-      weights[key * body.modes.size() + mode] = static_cast<float>(std::sin(turn));
+      weights[key * object.modes.size() + mode] = static_cast<float>(std::sin(turn));
     }
     list.push_back(
-        {{"name", body.modes[mode].name},
+        {{"name", object.modes[mode].name},
          {"channels", {{{"sampler", 0}, {"target", {{"node", 0}, {"path", "weights"}}}}}},
          {"samplers",
           {{{"input", input}, {"interpolation", "LINEAR"}, {"output", file.add_numbers(weights)}}}},
-         {"extras", {{"slowed_by", body.modes[mode].frequency * body.period}}}});
+         {"extras", {{"slowed_by", object.modes[mode].frequency * object.period}}}});
   }
   return list;
 }
 
 }  // namespace
 
-std::string gltf_bytes(const GltfBody& body) {
+std::string gltf_bytes(const GltfObject& object) {
   GlbFile file;
-  ordered_json mesh = {{"name", body.name}, {"primitives", primitives(file, body)}};
-  mesh["extras"] = body.facts;
+  ordered_json mesh = {{"name", object.name}, {"primitives", primitives(file, object)}};
+  mesh["extras"] = object.facts;
   ordered_json names = ordered_json::array(), facts = ordered_json::array();
-  for (const GltfMode& mode : body.modes) {
+  for (const GltfMode& mode : object.modes) {
     names.push_back(mode.name);
     facts.push_back(mode.facts);
   }
-  if (!body.modes.empty()) {
-    mesh["weights"] = std::vector<double>(body.modes.size(), 0.0);
+  if (!object.modes.empty()) {
+    mesh["weights"] = std::vector<double>(object.modes.size(), 0.0);
     mesh["extras"]["targetNames"] = names;
     mesh["extras"]["modes"] = facts;
   }
@@ -90,13 +90,13 @@ std::string gltf_bytes(const GltfBody& body) {
       {"asset", {{"version", "2.0"}, {"generator", fmt::format("Carillon {}", core::version())}}},
       {"scene", 0},
       {"scenes", {{{"nodes", {0}}}}},
-      {"nodes", {{{"mesh", 0}, {"name", body.name}}}},
+      {"nodes", {{{"mesh", 0}, {"name", object.name}}}},
       {"meshes", ordered_json::array({mesh})},
       {"materials", ordered_json::array()}};
-  for (const GltfMaterial& material : body.materials) {
+  for (const GltfMaterial& material : object.materials) {
     file.document["materials"].push_back(material_json(material));
   }
-  if (!body.modes.empty()) file.document["animations"] = animations(file, body);
+  if (!object.modes.empty()) file.document["animations"] = animations(file, object);
   return file.bytes();
 }
 

@@ -23,8 +23,8 @@ struct GltfMode {
   nlohmann::ordered_json facts;  ///< for `extras`
 };
 
-/// Everything that a file of one body holds.
-struct GltfBody {
+/// Everything that a file of one object holds.
+struct GltfObject {
   std::string name;
   GltfSurface surface;
   std::vector<GltfMaterial> materials;  ///< one for each region
@@ -36,6 +36,6 @@ struct GltfBody {
 /// A binary glTF 2.0 file: one mesh, a primitive for each region, a morph target and an animation
 /// for each mode.
 /// @throws InputError  more than 4 GiB
-std::string gltf_bytes(const GltfBody& body);
+std::string gltf_bytes(const GltfObject& object);
 
 }  // namespace carillon::dataset::exporters

@@ -17,26 +17,26 @@ namespace carillon::dataset::exporters {
 
 namespace {
 
-/// A column whose rows are written as arrays: of samples, or of the bodies that they are of.
+/// A column whose rows are written as arrays: of samples, or of the objects that they are of.
 struct Array {
   std::string name;
   NpyRows rows;
-  bool of_bodies = false;
+  bool of_objects = false;
 };
 
 std::vector<Array> open_arrays(const core::Hdf5Group& index,
-                               const std::optional<core::Hdf5Group>& bodies,
+                               const std::optional<core::Hdf5Group>& objects,
                                const std::vector<std::string>& names) {
   std::vector<Array> arrays;
   for (const std::string& name : names) {
     if (index.has(name) && !index.is_group(name)) {
       arrays.push_back({name, NpyRows(index, name), false});
-    } else if (bodies && bodies->has(name)) {
-      arrays.push_back({name, NpyRows(*bodies, name), true});
+    } else if (objects && objects->has(name)) {
+      arrays.push_back({name, NpyRows(*objects, name), true});
     } else {
       std::vector<std::string> there = index.names();
-      if (bodies) {
-        const std::vector<std::string> more = bodies->names();
+      if (objects) {
+        const std::vector<std::string> more = objects->names();
         there.insert(there.end(), more.begin(), more.end());
       }
       throw core::InputError(fmt::format("the dataset has no \"{}\"", name),
@@ -73,13 +73,13 @@ std::vector<ExportedFile> write_web_dataset(const Export& task,
                                             const std::vector<std::string>& arrays,
                                             std::size_t per_shard) {
   const stored::SampleAudio audio(task.index);
-  std::optional<core::Hdf5Group> bodies;
-  std::vector<std::int64_t> body_of;
+  std::optional<core::Hdf5Group> objects;
+  std::vector<std::int64_t> object_of;
   if (task.index.has("shape_index")) {
-    bodies = task.index.open_group("shapes");
-    body_of = task.index.read<std::int64_t>("shape_index");
+    objects = task.index.open_group("shapes");
+    object_of = task.index.read<std::int64_t>("shape_index");
   }
-  const std::vector<Array> more = open_arrays(task.index, bodies, arrays);
+  const std::vector<Array> more = open_arrays(task.index, objects, arrays);
   const std::vector<Shard> shards = make_shards(task.rows, per_shard);
   std::vector<std::size_t> own_rows;
   for (std::size_t s = 0; s < shards.size(); ++s) {
@@ -99,7 +99,7 @@ std::vector<ExportedFile> write_web_dataset(const Export& task,
         tar.add(key + ".wav", core::wav_bytes(key, audio.read(row, 1).front(), audio.format()));
         tar.add(key + ".json", labels.next().dump());
         for (const Array& array : more) {
-          const auto entry = array.of_bodies ? static_cast<std::uint64_t>(body_of[row]) : row;
+          const auto entry = array.of_objects ? static_cast<std::uint64_t>(object_of[row]) : row;
           tar.add(key + "." + array.name + ".npy", array.rows.row(entry));
         }
       }

@@ -14,14 +14,14 @@ namespace carillon::dataset::plan {
 
 namespace {
 
-/// @param share  of the box that the body fills
-ExpectedBody box(double x, double y, double z, double fraction = 1) {
+/// @param share  of the box that the object fills
+ExpectedObject box(double x, double y, double z, double fraction = 1) {
   return {fraction * x * y * z, x * y * z / (x * y + y * z + z * x), std::max({x, y, z}), {}};
 }
 
 constexpr double ellipsoid = std::numbers::pi / 6;
 
-ExpectedBody generated(const solvers::mesh::GeneratedShape& shape) {
+ExpectedObject generated(const solvers::mesh::GeneratedShape& shape) {
   const auto at = [&](const char* name) { return shape.parameters.at(name); };
   if (shape.family == "tile") return box(at("length"), at("width"), at("thickness"));
   if (shape.family == "bar" || shape.family == "block") {
@@ -36,11 +36,11 @@ ExpectedBody generated(const solvers::mesh::GeneratedShape& shape) {
   if (shape.family == "pebble") return box(at("length"), at("width"), at("height"), ellipsoid);
   if (shape.family == "box" || shape.family == "bauble") {
     const double fraction = shape.family == "box" ? 1 : ellipsoid, wall = at("wall");
-    ExpectedBody body = box(at("length"), at("width"), at("height"), fraction);
-    body.volume -=
+    ExpectedObject object = box(at("length"), at("width"), at("height"), fraction);
+    object.volume -=
         fraction * (at("length") - 2 * wall) * (at("width") - 2 * wall) * (at("height") - 2 * wall);
-    body.thickness = wall;
-    return body;
+    object.thickness = wall;
+    return object;
   }
   const solvers::families::Family& family = solvers::families::find_family(shape.family);
   const solvers::mesh::MeridianSize size = solvers::mesh::measure(family.meridian(shape));
@@ -48,25 +48,25 @@ ExpectedBody generated(const solvers::mesh::GeneratedShape& shape) {
 }
 
 /// Closed or open triangles; those of tetrahedra count by the size of their file below.
-ExpectedBody of_file(const FileSurface& surface, const solvers::mesh::MeshFile& file) {
+ExpectedObject of_file(const FileSurface& surface, const solvers::mesh::MeshFile& file) {
   const double scale = solvers::mesh::readers::scale_to_metres(surface.bounds, file);
   const double area = surface.area * scale * scale;
-  ExpectedBody body;
-  body.longest_side = surface.bounds.longest_side() * scale;
-  body.volume = surface.volume * std::pow(scale, 3);
-  if (file.thickness > 0) body.volume = area / 2 * file.thickness;
-  body.volume = std::max(body.volume, 1e-4 * area * body.longest_side);
-  body.thickness = file.thickness > 0 ? file.thickness : 2 * body.volume / area;
-  return body;
+  ExpectedObject object;
+  object.longest_side = surface.bounds.longest_side() * scale;
+  object.volume = surface.volume * std::pow(scale, 3);
+  if (file.thickness > 0) object.volume = area / 2 * file.thickness;
+  object.volume = std::max(object.volume, 1e-4 * area * object.longest_side);
+  object.thickness = file.thickness > 0 ? file.thickness : 2 * object.volume / area;
+  return object;
 }
 
-/// A body of which nothing is known.
-ExpectedBody middling(double length) {
+/// An object of which nothing is known.
+ExpectedObject middling(double length) {
   return box(length, length / 2, length / 20);
 }
 
 /// Least and most tetrahedra where the size is left to the mesher, order by order: of generated
-/// bodies as solvers/families/sizing.cpp bounds them, of files a few times as many.
+/// objects as solvers/families/sizing.cpp bounds them, of files a few times as many.
 std::array<double, 2> automatic_tetrahedra(int order, bool file) {
   constexpr std::array<std::array<double, 2>, 4> generated{
       {{4000, 20000}, {2400, 5000}, {900, 1700}, {300, 700}}};
@@ -94,22 +94,22 @@ double columns_of_curves(const std::string& family) {
 }
 
 /// Cells of a wall, or of a solid, each cut into six tetrahedra.
-solvers::pitch::MeshSize count_mesh(const ExpectedBody& body, const Shape& shape, bool file) {
+solvers::pitch::MeshSize count_mesh(const ExpectedObject& object, const Shape& shape, bool file) {
   const solvers::mesh::MeshOptions& options = shape.request.options;
-  const double midsurface = body.volume / body.thickness;
+  const double midsurface = object.volume / object.thickness;
   const bool given = options.element_size > 0;
   double cell = 0;
   if (given) {
     // As the families choose: an edge is a cell's diagonal.
-    const double edge = options.element_size, t = body.thickness;
+    const double edge = options.element_size, t = object.thickness;
     cell = t >= edge / std::numbers::sqrt3 ? edge / std::numbers::sqrt3
                                            : std::sqrt((edge * edge - t * t) / 2);
   } else {
-    cell = automatic_cell(options.order, body.thickness);
+    cell = automatic_cell(options.order, object.thickness);
   }
   const auto layers_of = [&](double size) {
-    return given ? std::max(1.0, std::ceil(body.thickness / size))
-                 : std::max(1.0, std::round(body.thickness / (1.3 * size)));
+    return given ? std::max(1.0, std::ceil(object.thickness / size))
+                 : std::max(1.0, std::round(object.thickness / (1.3 * size)));
   };
   double layers = layers_of(cell);
   double columns = std::max(1.0, midsurface / (cell * cell));
@@ -124,7 +124,7 @@ solvers::pitch::MeshSize count_mesh(const ExpectedBody& body, const Shape& shape
   solvers::pitch::MeshSize mesh;
   mesh.order = options.order;
   mesh.element_size = std::sqrt(2 * midsurface / columns);
-  mesh.thickness = body.thickness;
+  mesh.thickness = object.thickness;
   mesh.elements = 6 * columns * layers;
   mesh.vertices = columns * (layers + 1);
   mesh.faces = 2 * mesh.elements + 2 * columns;
@@ -134,17 +134,17 @@ solvers::pitch::MeshSize count_mesh(const ExpectedBody& body, const Shape& shape
 
 /// Tetrahedra that stand in a file, taken as they are: about 40 bytes each with their fraction of
 /// the nodes, as text or binary.
-void count_tetrahedra(const Shape& shape, ExpectedBody& body) {
+void count_tetrahedra(const Shape& shape, ExpectedObject& object) {
   std::error_code error;
   const auto bytes = std::filesystem::file_size(shape.path, error);
   const double elements = error ? 5000 : std::max(10.0, static_cast<double>(bytes) / 40);
-  body.mesh.order = shape.request.options.order;
-  body.mesh.thickness = body.thickness;
-  body.mesh.elements = elements;
-  body.mesh.vertices = elements / 4;
-  body.mesh.faces = 2.2 * elements;
-  body.mesh.edges = body.mesh.vertices + body.mesh.faces - elements;
-  body.mesh.element_size = 2 * std::cbrt(6 * body.volume / elements);
+  object.mesh.order = shape.request.options.order;
+  object.mesh.thickness = object.thickness;
+  object.mesh.elements = elements;
+  object.mesh.vertices = elements / 4;
+  object.mesh.faces = 2.2 * elements;
+  object.mesh.edges = object.mesh.vertices + object.mesh.faces - elements;
+  object.mesh.element_size = 2 * std::cbrt(6 * object.volume / elements);
 }
 
 }  // namespace
@@ -161,22 +161,22 @@ void scale_to(solvers::mesh::GeneratedShape& shape, double length) {
   }
 }
 
-ExpectedBody expected_body(const Shape& shape) {
+ExpectedObject expected_object(const Shape& shape) {
   const bool file = !shape.path.empty();
   const double length = shape.request.file.length > 0 ? shape.request.file.length : 0.1;
-  ExpectedBody body = middling(length);
+  ExpectedObject object = middling(length);
   if (file && solvers::mesh::readers::mesh_extension(shape.path) == ".msh") {
-    count_tetrahedra(shape, body);
-    return body;
+    count_tetrahedra(shape, object);
+    return object;
   }
   try {
-    if (!file) body = generated(shape.request.shape);
-    if (shape.surface) body = of_file(*shape.surface, shape.request.file);
+    if (!file) object = generated(shape.request.shape);
+    if (shape.surface) object = of_file(*shape.surface, shape.request.file);
   } catch (const core::Error&) {
     // What is wrong is for the task to say.
   }
-  body.mesh = count_mesh(body, shape, file);
-  return body;
+  object.mesh = count_mesh(object, shape, file);
+  return object;
 }
 
 }  // namespace carillon::dataset::plan

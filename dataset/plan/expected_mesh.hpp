@@ -5,25 +5,25 @@
 
 namespace carillon::dataset::plan {
 
-/// A body as far as it is known before it is meshed.
-struct ExpectedBody {
+/// An object as far as it is known before it is meshed.
+struct ExpectedObject {
   double volume = 0;              ///< [m^3]
   double thickness = 0;           ///< 2 volume / area [m]
   double longest_side = 0;        ///< [m]
   solvers::pitch::MeshSize mesh;  ///< as the mesher will make it, within a factor of about 1.5
 };
 
-/// Of the box around a generated body [m], from its parameters.
+/// Of the box around a generated object [m], from its parameters.
 /// @throws InputError  they do not fit together
 double longest_side(const solvers::mesh::GeneratedShape& shape);
 
-/// Scales a generated body so that this side is so long [m].
+/// Scales a generated object so that this side is so long [m].
 /// @throws InputError  as longest_side()
 void scale_to(solvers::mesh::GeneratedShape& shape, double length);
 
 /// From the family's parameters or what the plan found of the file's triangles, and the order and
 /// size of the elements. Depends on these alone, not on a cache. A file that could not be read is
-/// taken for a body of middling size: its task will say what is wrong with it.
-ExpectedBody expected_body(const Shape& shape);
+/// taken for an object of middling size: its task will say what is wrong with it.
+ExpectedObject expected_object(const Shape& shape);
 
 }  // namespace carillon::dataset::plan

@@ -15,7 +15,7 @@
 #include "dataset/plan/disk.hpp"
 #include "dataset/plan/expected_mesh.hpp"
 #include "dataset/plan/identities.hpp"
-#include "scene/body.hpp"
+#include "scene/solved_object.hpp"
 #include "solvers/families/families.hpp"
 
 namespace carillon::dataset::plan {

@@ -19,12 +19,12 @@ struct FileSurface {
 
 /// A shape made of a material at a size.
 struct Variant {
-  std::string material;  ///< name, or group=name,... for a body of several
+  std::string material;  ///< name, or group=name,... for an object of several
   double size = 1;       ///< factor on every length
   bool sounds = true;    ///< samples are made of it; the modes serve the others, too
 };
 
-/// One body: what to mesh, and the variants that ring.
+/// One object: what to mesh, and the variants that ring.
 struct Shape {
   std::string id;          ///< unique in the build, e.g. bowl-001
   std::string family;      ///< label: the family, or the entry's name for files

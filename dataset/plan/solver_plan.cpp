@@ -15,7 +15,7 @@ using nlohmann::json;
 const char* linear_solver_reason(solvers::modes::LinearSolver solver) {
   switch (solver) {
     case solvers::modes::LinearSolver::direct:
-      return "Cholesky, modes counted by inertia; a body beyond the memory limit fails";
+      return "Cholesky, modes counted by inertia; an object beyond the memory limit fails";
     case solvers::modes::LinearSolver::iterative:
       return "multigrid; modes are found but not counted";
     case solvers::modes::LinearSolver::automatic:
@@ -37,15 +37,15 @@ std::vector<SolverChoice> plan_solver(const configuration::BuildConfig& config) 
   list.push_back({"element_size", size > 0 ? json(size) : json(),
                   size > 0 ? fmt::format("{:.4g} m", size) : "automatic",
                   std::string(size > 0 ? "largest edge"
-                                       : "from each body's thickness and "
+                                       : "from each object's thickness and "
                                          "curvature") +
                       (refined ? "; the first setting" : "")});
   list.push_back({"max_elements", config.mesh.max_elements,
                   fmt::format("{}", config.mesh.max_elements),
-                  "a body that needs more fails, with the size that would fit"});
+                  "an object that needs more fails, with the size that would fit"});
   list.push_back({"pitch_target", refined ? json(config.pitch_cents) : json(),
                   refined ? fmt::format("{:.4g} cents", config.pitch_cents) : "none",
-                  refined ? "each body is refined until its worst mode's estimate is below it"
+                  refined ? "each object is refined until its worst mode's estimate is below it"
                           : "solver.pitch_cents is 0: errors are estimated, meshes are kept"});
   list.push_back({"band", json{band.min_frequency, band.max_frequency},
                   fmt::format("{:.6g} to {:.6g} Hz", band.min_frequency, band.max_frequency),

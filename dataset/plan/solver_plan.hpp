@@ -8,10 +8,10 @@
 
 namespace carillon::dataset::plan {
 
-/// One thing of what will solve the bodies of a build, and why.
+/// One thing of what will solve the objects of a build, and why.
 struct SolverChoice {
   std::string name{};
-  nlohmann::json value{};  ///< for programs (SI); null where it is chosen for each body
+  nlohmann::json value{};  ///< for programs (SI); null where it is chosen for each object
   std::string text{};      ///< the value for a person
   std::string reason{};
 };

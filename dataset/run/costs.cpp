@@ -22,7 +22,7 @@ struct ExpectedSets {
 };
 
 ExpectedSets expected_sets(const configuration::BuildConfig& config, const plan::Shape& shape,
-                           const plan::ExpectedBody& body) {
+                           const plan::ExpectedObject& object) {
   // Physical groups of a file are not known before it is read: one region stands for them.
   const configuration::ObjectSource& source = config.objects[shape.source];
   std::vector<std::vector<synth::material::Material>> materials;
@@ -36,17 +36,17 @@ ExpectedSets expected_sets(const configuration::BuildConfig& config, const plan:
   out.sets = static_cast<double>(sets.requests.size());
   // Up to three are solved one by one, more from a basis of three (solve_materials.hpp).
   out.solves = std::min(out.sets, 4.0);
-  const double unknowns = body.mesh.unknowns();
+  const double unknowns = object.mesh.unknowns();
   for (const solvers::basis::ModeRequest& request : sets.requests) {
     const double below = solvers::basis::expected_modes(
-        body.volume, body.thickness, request.regions[0], request.band.max_frequency);
+        object.volume, object.thickness, request.regions[0], request.band.max_frequency);
     const double most = std::min<double>(request.band.max_modes, unknowns / 4);
     out.modes = std::max(out.modes, std::min(below, most));
   }
   return out;
 }
 
-/// Seconds of one rank of a 2.3 GHz Xeon, within a factor of two for bodies of 600 to 400,000
+/// Seconds of one rank of a 2.3 GHz Xeon, within a factor of two for objects of 600 to 400,000
 /// unknowns: the mesher's process, and solves with their counts and error estimates.
 double modes_seconds(const solvers::pitch::MeshSize& mesh, const ExpectedSets& sets) {
   const double solve = 5e-6 * std::pow(mesh.unknowns(), 1.3) * std::pow(mesh.layers(), 0.35) *
@@ -75,10 +75,10 @@ double judging_bytes(const solvers::pitch::MeshSize& mesh, double modes, int ran
          (factored ? 1.3 * solvers::pitch::factor_memory(finer) + matrix_bytes(finer) : local);
 }
 
-/// [byte] at the peak of a modes task on all its ranks, within a quarter of what most bodies of 600
-/// to 100,000 unknowns were seen to hold beside idle ranks: matrices, and either a direct solve's
-/// factor and vectors or the judging of its modes; what does not fit the memory limit is solved by
-/// other means within it.
+/// [byte] at the peak of a modes task on all its ranks, within a quarter of what most objects of
+/// 600 to 100,000 unknowns were seen to hold beside idle ranks: matrices, and either a direct
+/// solve's factor and vectors or the judging of its modes; what does not fit the memory limit is
+/// solved by other means within it.
 double modes_memory(const configuration::BuildConfig& config, const solvers::pitch::MeshSize& mesh,
                     const ExpectedSets& sets, int ranks) {
   constexpr double libraries = 6e7;  // that the first task wakes
@@ -90,15 +90,15 @@ double modes_memory(const configuration::BuildConfig& config, const solvers::pit
   return ranks * libraries + std::min(all, static_cast<double>(config.solver.memory_limit));
 }
 
-mpi::Task modes_task(const configuration::BuildConfig& config, const plan::ExpectedBody& body,
+mpi::Task modes_task(const configuration::BuildConfig& config, const plan::ExpectedObject& object,
                      const ExpectedSets& sets) {
   mpi::Task task;
-  task.cost = modes_seconds(body.mesh, sets);
+  task.cost = modes_seconds(object.mesh, sets);
   // A pitch target takes a first solve, and as a rule a larger second one.
   if (config.pitch_cents > 0) task.cost *= 3;
   task.cost += config.scene.seconds_per_shape();
-  task.width = configuration::group_width(config.ranks, body.mesh.unknowns());
-  task.memory = modes_memory(config, body.mesh, sets, task.width);
+  task.width = configuration::group_width(config.ranks, object.mesh.unknowns());
+  task.memory = modes_memory(config, object.mesh, sets, task.width);
   task.kind = task.width > 1 ? "modes of groups" : "modes";
   return task;
 }
@@ -128,17 +128,17 @@ mpi::Task samples_task(const configuration::BuildConfig& config, const plan::Bui
 
 std::vector<mpi::Task> board_tasks(const plan::BuildPlan& plan,
                                    const configuration::BuildConfig& config) {
-  std::vector<plan::ExpectedBody> bodies;
+  std::vector<plan::ExpectedObject> objects;
   std::vector<ExpectedSets> sets;
   for (const plan::Shape& shape : plan.shapes) {
-    bodies.push_back(plan::expected_body(shape));
-    sets.push_back(expected_sets(config, shape, bodies.back()));
+    objects.push_back(plan::expected_object(shape));
+    sets.push_back(expected_sets(config, shape, objects.back()));
   }
   std::vector<mpi::Task> tasks;
   for (const plan::BuildTask& entry : plan.tasks) {
     const std::size_t s = entry.shape;
     tasks.push_back(entry.kind == plan::TaskKind::modes
-                        ? modes_task(config, bodies[s], sets[s])
+                        ? modes_task(config, objects[s], sets[s])
                         : samples_task(config, entry, sets[s].modes));
     tasks.back().key = entry.key;
   }

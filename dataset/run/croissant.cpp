@@ -167,7 +167,7 @@ ordered_json column_field(const core::Hdf5Group& index, const std::string& name)
 }  // namespace
 
 std::string samples_sentence(std::size_t samples) {
-  return fmt::format("{} sounds of struck bodies, synthesized from their modes by Carillon",
+  return fmt::format("{} sounds of struck objects, synthesized from their modes by Carillon",
                      samples);
 }
 

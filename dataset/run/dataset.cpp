@@ -36,7 +36,7 @@ void copy_text_attribute(const Hdf5Group& from, const Hdf5Group& to, const std::
   to.write_attribute(attribute, from.text_attribute(attribute, object), object);
 }
 
-/// Arrays of bodies: one row per shape that has samples. Returns the row of each shape.
+/// Arrays of objects: one row per shape that has samples. Returns the row of each shape.
 std::map<std::size_t, std::int64_t> write_shapes(const Hdf5Group& index,
                                                  const plan::BuildPlan& plan,
                                                  const std::vector<std::size_t>& done,
@@ -83,7 +83,7 @@ void write_index(const configuration::BuildConfig& config, const plan::BuildPlan
     }
     if (config.mel) samples::write_mel_attributes(*config.mel, index);
     const auto rows = write_shapes(index, plan, done, folders, joined);
-    if (!config.motion) {  // a simulation is of several shapes, which its `bodies` name
+    if (!config.motion) {  // a simulation is of several shapes, which its `objects` name
       std::vector<std::int64_t> shape_index;
       for (const std::size_t t : done) {
         shape_index.insert(shape_index.end(), plan.tasks[t].count, rows.at(plan.tasks[t].shape));

@@ -11,11 +11,11 @@ namespace carillon::dataset::run {
 
 namespace {
 
-JoinedFile read_joined(const std::filesystem::path& path, bool of_body) {
+JoinedFile read_joined(const std::filesystem::path& path, bool of_object) {
   JoinedFile joined;
   const core::Hdf5Group file = core::Hdf5Group::open_file(path);
-  for (const std::string& name : of_body ? body_arrays() : file.names()) {
-    if (of_body && !file.has(name)) continue;
+  for (const std::string& name : of_object ? body_arrays() : file.names()) {
+    if (of_object && !file.has(name)) continue;
     if (!file.is_text(name)) {
       joined.rows[name] = file.extent(name).front();
       continue;

@@ -23,7 +23,7 @@ class JoinedFiles {
   explicit JoinedFiles(std::filesystem::path folder) : folder_(std::move(folder)) {}
 
   /// Opens the file when it is asked for the first time. Its arrays are those of its root, or the
-  /// bodies' arrays of a modes file.
+  /// objects' arrays of a modes file.
   /// @throws FileError
   const JoinedFile& of(const std::string& file);
   /// Rows of an array. @throws FileError  the file cannot be read or has none of that name
@@ -39,7 +39,7 @@ class JoinedFiles {
   std::map<std::string, JoinedFile> files_;
 };
 
-/// Arrays of a modes file that the index joins: what belongs to the body as a whole.
+/// Arrays of a modes file that the index joins: what belongs to the object as a whole.
 const std::vector<std::string>& body_arrays();
 
 }  // namespace carillon::dataset::run

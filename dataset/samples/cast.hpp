@@ -16,7 +16,7 @@ namespace carillon::dataset::samples {
 /// A body at its size and of its material, as a motion needs it.
 struct Actor {
   solvers::modes::Modes modes;
-  scene::RingingBody ringing;
+  scene::RingingObject ringing;
   synth::surface::RigidBody rigid;
   std::vector<std::vector<Vec3>> hulls;              ///< at its size [m]
   double ball_radius = 0;                            ///< of a ball; 0: none

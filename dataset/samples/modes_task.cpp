@@ -10,8 +10,8 @@
 #include "core/image.hpp"
 #include "dataset/samples/shape_modes.hpp"
 #include "mpi/comm.hpp"
-#include "scene/body.hpp"
 #include "scene/pitch.hpp"
+#include "scene/solved_object.hpp"
 #include "solvers/modes/modes_file.hpp"
 #include "synth/motion/convex_hull.hpp"
 
@@ -21,7 +21,7 @@ using solvers::elements::Elastic;
 
 namespace {
 
-/// Two bodies with these regions have the same dimensionless modes.
+/// Two objects with these regions have the same dimensionless modes.
 bool same_set(const std::vector<Elastic>& a, const std::vector<Elastic>& b) {
   const auto close = [](double x, double y) { return std::abs(x - y) <= 1e-12 * std::abs(y); };
   for (std::size_t r = 0; r < a.size(); ++r) {
@@ -38,7 +38,8 @@ bool same_set(const std::vector<Elastic>& a, const std::vector<Elastic>& b) {
   return true;
 }
 
-/// Longest time a wave takes per unit of the body's own length: frequencies scale with its inverse.
+/// Longest time a wave takes per unit of the object's own length: frequencies scale with its
+/// inverse.
 double slowness(const Elastic& elastic, double size) {
   return size * std::sqrt(elastic.density / elastic.youngs_modulus);
 }

@@ -9,8 +9,8 @@
 #include "core/random.hpp"
 #include "dataset/samples/samples_task.hpp"
 #include "dataset/samples/shape_modes.hpp"
-#include "scene/body.hpp"
 #include "scene/chain.hpp"
+#include "scene/solved_object.hpp"
 #include "scene/strikes.hpp"
 
 namespace carillon::dataset::samples {
@@ -19,31 +19,31 @@ struct SampleMaker::Impl {
   const configuration::BuildConfig& config;
   const plan::Shape& shape;
   ShapeModes modes;
-  synth::modal::SurfaceSampler sampler;  ///< on the body at size 1
+  synth::modal::SurfaceSampler sampler;  ///< on the object at size 1
 
   scene::SoundChain chain;
 
-  /// A body at its size: what points into the variant stays where it is.
+  /// An object at its size: what points into the variant stays where it is.
   struct Ready {
     solvers::modes::Modes modes;
-    scene::RingingBody body;
+    scene::RingingObject object;
   };
   std::vector<std::unique_ptr<Ready>> ready;  ///< per variant
 
-  Impl(const configuration::BuildConfig& build, const plan::Shape& body,
+  Impl(const configuration::BuildConfig& build, const plan::Shape& object,
        const BuildFolders& folders, core::Trace& trace)
       : config(build),
-        shape(body),
-        modes(build, body, folders),
+        shape(object),
+        modes(build, object, folders),
         sampler(modes.surface()),
         chain(build.scene, folders.cache, trace),
-        ready(body.variants.size()) {}
+        ready(object.variants.size()) {}
 
   const Ready& variant(std::size_t v) {
     if (!ready[v]) {
       auto made = std::make_unique<Ready>();
       made->modes = modes.of(v);
-      made->body = chain.prepare(
+      made->object = chain.prepare(
           shape.id,
           fmt::format("{}/{}/{}", shape.id, shape.variants[v].material, shape.variants[v].size),
           made->modes, modes.materials(v));
@@ -82,7 +82,7 @@ struct SampleMaker::Impl {
   /// A sample's sound before the effects.
   scene::Sound struck(const plan::Sample& sample) {
     scene::Sound sound;
-    sound.body = &variant(sample.variant).body;
+    sound.object = &variant(sample.variant).object;
     sound.seed = config.seed;
     sound.id = sample.id;
     set_part(sample, sound);

@@ -25,7 +25,7 @@ void add_labels(const configuration::BuildConfig& config, const plan::Shape& sha
   columns.add("strike", static_cast<std::int64_t>(sample.strike));
   columns.add("split_shape", shape.split_shape);
   columns.add("split_strike", plan::split_strike(config, shape, sample.strike));
-  // Of the first region where a body has several; dataset.json lists them all.
+  // Of the first region where an object has several; dataset.json lists them all.
   const synth::material::Material& material = materials.front();
   columns.add("youngs_modulus", material.elastic.youngs_modulus);
   columns.add("poisson_ratio", material.elastic.poisson_ratio);

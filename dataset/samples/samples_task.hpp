@@ -17,7 +17,7 @@ struct SampleResult {
   synth::modal::PointFrame frame;  ///< point and normal, at the sample's size [m]
   double peak = 0;                 ///< largest magnitude in the audio
   double complete_to_hz = 0;
-  double pitch_error = 0;                  ///< worst estimated one of the body's modes [cents]
+  double pitch_error = 0;                  ///< worst estimated one of the object's modes [cents]
   std::vector<render::SceneFrame> frames;  ///< of a simulation
 };
 

@@ -22,7 +22,7 @@ class ShapeModes {
   solvers::modes::Modes of(std::size_t variant) const;
   /// At size 1.
   const solvers::modes::ModeSurface& surface() const { return solved_.front().surface; }
-  /// Corners of the body's convex pieces at size 1 [m]; empty where the build has no motion.
+  /// Corners of the object's convex pieces at size 1 [m]; empty where the build has no motion.
   const std::vector<std::vector<Vec3>>& hulls() const { return hulls_; }
   /// Of its regions at size 1; empty where it has one only.
   const std::vector<synth::surface::RegionMoments>& moments() const { return moments_; }

@@ -56,7 +56,7 @@ Simulation SimulationMaker::make(const plan::Sample& sample, core::Columns* reco
         draw_stylus(config_, sample.id, simulation.stage, simulation.motion, traced_);
   }
   scene::Sound& sound = simulation.sound;
-  sound.body = &scene_;
+  sound.object = &scene_;
   sound.seed = config_.seed;
   sound.id = sample.id;
   sound.parts = config_.scene.parts;

@@ -44,7 +44,7 @@ class SimulationMaker {
   scene::motion::Textures textures_;
   std::shared_ptr<synth::motion::TracedMaps> traced_ =
       std::make_shared<synth::motion::TracedMaps>();
-  scene::RingingBody scene_;  ///< stands for all bodies: the origin, and listeners around it
+  scene::RingingObject scene_;  ///< stands for all bodies: the origin, and listeners around it
 };
 
 }  // namespace carillon::dataset::samples

@@ -60,7 +60,7 @@ ordered_json to_json(const SweepPlan& plan, const LoadedSweep& loaded) {
   }
   ordered_json document = json_table(loaded.name, loaded.sweep, rows);
   document["samples"] = plan.samples;
-  document["shared"] = {{"bodies", plan.shared.bodies},
+  document["shared"] = {{"objects", plan.shared.objects},
                         {"meshes", plan.shared.meshes},
                         {"solves", plan.shared.solves}};
   document["estimate"] = {{"rank_seconds", plan.rank_seconds()},
@@ -83,8 +83,8 @@ std::string plan_text(const SweepPlan& plan, const LoadedSweep& loaded) {
       text += fmt::format("      {} = {}\n", sweep.keys[k], sweep.variants[v].values[k]);
     }
   }
-  text += fmt::format("\nshared: {} bodies have {} different meshes and {} different solves\n",
-                      plan.shared.bodies, plan.shared.meshes, plan.shared.solves);
+  text += fmt::format("\nshared: {} objects have {} different meshes and {} different solves\n",
+                      plan.shared.objects, plan.shared.meshes, plan.shared.solves);
   text += fmt::format(
       "about {} of one rank ({} if nothing were shared), {} of memory per rank, {} on disk before "
       "compression\n",

@@ -13,7 +13,7 @@ namespace carillon::dataset::sweep {
 
 /// Counts of what variants share.
 struct SharingCounts {
-  std::size_t bodies = 0;              ///< modes tasks of all variants
+  std::size_t objects = 0;             ///< modes tasks of all variants
   std::size_t meshes = 0, solves = 0;  ///< that are different from each other
   double seconds_saved = 0;            ///< estimated, of modes tasks that read the cache instead
 };

@@ -27,10 +27,10 @@ double load_average() {
   return getloadavg(&load, 1) == 1 ? load : 0;
 }
 
-/// A body whose file is missing gets its stand-in, or is passed over.
-/// @return whether there is a body to measure
-bool find_body(StudiedObject& object, Findings& findings, const std::filesystem::path& output,
-               const std::string& cache, MPI_Comm comm) {
+/// An object whose file is missing gets its stand-in, or is passed over.
+/// @return whether there is an object to measure
+bool find_object(StudiedObject& object, Findings& findings, const std::filesystem::path& output,
+                 const std::string& cache, MPI_Comm comm) {
   const std::string& path = object.request.file.path;
   if (path.empty() || std::filesystem::exists(path)) return true;
   if (object.stand_in) {
@@ -87,7 +87,7 @@ Findings measure_object(const AccuracyConfig& config, StudiedObject object,
   findings.name = object.name;
   LevelRunner runner(config, object, cache, comm);
   try {
-    if (find_body(object, findings, output, cache, comm)) {
+    if (find_object(object, findings, output, cache, comm)) {
       climb(config, object, runner, findings, tell);
     }
   } catch (const core::Error& error) {

@@ -36,8 +36,8 @@ bool has_failed(const StudyFindings& findings);
 void print(const StudyFindings& findings);
 
 /// Measures the study of a configuration: on rank 0 while the others wait, or on all ranks.
-/// What is known is rewritten as accuracy.json after each body, so that a study that is cut short
-/// keeps what it measured. A body that fails does not spoil the others.
+/// What is known is rewritten as accuracy.json after each object, so that a study that is cut short
+/// keeps what it measured. An object that fails does not spoil the others.
 /// @param output  folder that exists, for accuracy.json and stand-ins
 /// @return the same on every rank that measures; nothing on others
 /// @note Collective on world.

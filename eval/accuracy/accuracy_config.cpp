@@ -54,10 +54,10 @@ bool is_surface(const std::string& path) {
   return ending == ".obj" || ending == ".off" || ending == ".ply" || ending == ".stl";
 }
 
-/// A body whose elements can have any size.
+/// An object whose elements can have any size.
 void read_source(ConfigNode& node, const std::string& file_name, const scene::Object& source,
                  StudiedObject& object) {
-  object.request = only_body(node, source);
+  object.request = only_mesh(node, source);
   object.any_size = source.file.any_size;
   if (!source.family.empty()) return;
   const std::string& path = source.pattern;

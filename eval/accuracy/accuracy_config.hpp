@@ -17,7 +17,7 @@ struct StandIn {
   double noise = 0;  ///< standard deviation along the normal [m]
 };
 
-/// One body of the study.
+/// One object of the study.
 struct StudiedObject {
   std::string name;
   solvers::mesh::MeshRequest request;  ///< its shape or file; options are those of the levels
@@ -32,8 +32,8 @@ struct StudiedObject {
 };
 
 enum class ReferenceSolver {
-  automatic,     ///< harmonics where the body is turned about an axis, else tetrahedra
-  axisymmetric,  ///< harmonics; other bodies are refused
+  automatic,     ///< harmonics where the object is turned about an axis, else tetrahedra
+  axisymmetric,  ///< harmonics; other objects are refused
   tetrahedra,    ///< fine elements of a high order
 };
 

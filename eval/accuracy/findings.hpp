@@ -12,9 +12,9 @@
 namespace carillon::eval::accuracy {
 
 /// Distances of a set's pitches to a reference's [cent], the k-th to the k-th: by the min-max
-/// principle the k-th eigenvalue of conforming elements bounds the k-th of the body that they fill
-/// from above, and of all ways to pair two sets that of equal ranks has the least total distance.
-/// Modes that cross therefore count with the distance of their ranks.
+/// principle the k-th eigenvalue of conforming elements bounds the k-th of the object that they
+/// fill from above, and of all ways to pair two sets that of equal ranks has the least total
+/// distance. Modes that cross therefore count with the distance of their ranks.
 /// @param most  so many at most are compared
 std::vector<double> errors_in_cents(std::span<const double> frequencies,
                                     std::span<const double> reference, std::size_t most);
@@ -66,7 +66,7 @@ struct Choice {
   std::vector<std::size_t> steps;  ///< levels of the report's steps
 };
 
-/// What was found for one body.
+/// What was found for one object.
 struct Findings {
   std::string name;
   std::string note;          ///< a stand-in was used, for instance
@@ -80,8 +80,8 @@ struct Findings {
 /// The schema is in docs/accuracy.md.
 nlohmann::json to_json(const Findings& findings);
 
-/// Whether a body, or one of its targets, could not be had. A target that is not met, a level that
-/// fails and an optional file that is missing are findings like any other.
+/// Whether an object, or one of its targets, could not be had. A target that is not met, a level
+/// that fails and an optional file that is missing are findings like any other.
 bool has_failed(const Findings& findings);
 
 /// Tables for a person.

@@ -9,8 +9,8 @@
 
 #include "core/error.hpp"
 #include "mpi/comm.hpp"
-#include "scene/body.hpp"
 #include "scene/pitch.hpp"
+#include "scene/solved_object.hpp"
 #include "solvers/axisymmetric/solve_axisymmetric.hpp"
 #include "solvers/eigen/cached_modes.hpp"
 #include "solvers/families/families.hpp"

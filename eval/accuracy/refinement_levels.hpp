@@ -12,7 +12,7 @@
 
 namespace carillon::eval::accuracy {
 
-/// One setting of one body, run afresh: mesh and modes with their estimated errors, no cache.
+/// One setting of one object, run afresh: mesh and modes with their estimated errors, no cache.
 struct RefinementLevel {
   solvers::mesh::MeshOptions options;
   double tolerance = 1e-12;
@@ -26,10 +26,10 @@ struct RefinementLevel {
   std::string failure;                   ///< why it cannot be compared, else ""
   std::exception_ptr error;  ///< what was thrown; null where the modes are merely too few
   solvers::mesh::MeshResult mesh;
-  solvers::modes::Modes modes;  ///< from the body's first
+  solvers::modes::Modes modes;  ///< from the object's first
 };
 
-/// Modes that the levels are compared with. Ranks count from the body's first flexible mode, so
+/// Modes that the levels are compared with. Ranks count from the object's first flexible mode, so
 /// that a mode that is a little sharper on one side of min_frequency does not shift them.
 struct Reference {
   std::string solver;       ///< axisymmetric or tetrahedra
@@ -38,13 +38,13 @@ struct Reference {
   std::int64_t unknowns = 0;
   double seconds = 0;               ///< spent on it in this run
   double worst_cents = 0;           ///< its own estimated error
-  std::vector<double> frequencies;  ///< [Hz], from the body's first to the last compared
+  std::vector<double> frequencies;  ///< [Hz], from the object's first to the last compared
   std::size_t first = 0;            ///< those below min_frequency, which are not compared
 
   std::size_t compared() const { return frequencies.size() - first; }
 };
 
-/// Runs the levels of one body, each setting once.
+/// Runs the levels of one object, each setting once.
 class LevelRunner {
  public:
   /// @param object  stays alive as long as the runner
@@ -56,8 +56,9 @@ class LevelRunner {
   /// @throws SolverError, InputError  there is none, or it has no mode in the band
   const Reference& reference();
 
-  /// What a target judges: from the body's first mode to the last compared, and so many modes below
-  /// twice its frequency. Levels search a few modes more; one too coarse to find them there fails.
+  /// What a target judges: from the object's first mode to the last compared, and so many modes
+  /// below twice its frequency. Levels search a few modes more; one too coarse to find them there
+  /// fails.
   solvers::modes::Band target_band() const;
 
   /// Longest edge that an order takes by itself [m].

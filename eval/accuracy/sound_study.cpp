@@ -50,16 +50,16 @@ struct Sounds {
 
 /// Strikes are those of the same numbers whatever the scene. Each is made twice and timed the
 /// second time, as in a build of many: the first fills caches and tables.
-Sounds make_sounds(const scene::Scene& scene, int strikes, const scene::RingingBody& body) {
+Sounds make_sounds(const scene::Scene& scene, int strikes, const scene::RingingObject& object) {
   Sounds made;
   core::Trace trace;
   scene::SoundChain chain(scene, {}, trace);
-  const synth::modal::SurfaceSampler sampler(body.modes->surface);
+  const synth::modal::SurfaceSampler sampler(object.modes->surface);
   for (int k = 0; k < 2 * strikes; ++k) {
     scene::Sound sound;
-    sound.body = &body;
+    sound.object = &object;
     sound.id = static_cast<std::uint64_t>(k % strikes);
-    scene::draw_strike(scene.strikes, body.modes->surface, sampler,
+    scene::draw_strike(scene.strikes, object.modes->surface, sampler,
                        {.place = sound.id, .force = sound.id}, {}, sound);
     const double start = core::thread_cpu_seconds();
     chain.make(sound);
@@ -71,17 +71,17 @@ Sounds make_sounds(const scene::Scene& scene, int strikes, const scene::RingingB
   return made;
 }
 
-/// The lowest modes of a body that rings: `count` of them, or fewer where that would part modes of
-/// one pitch.
+/// The lowest modes of an object that rings: `count` of them, or fewer where that would part modes
+/// of one pitch.
 struct FewerModes {
-  FewerModes(const scene::RingingBody& all, int count) : body(all) {
+  FewerModes(const scene::RingingObject& all, int count) : object(all) {
     const solvers::modes::Certificate& solved = all.modes->certificate;
     modes = solvers::modes::restrict_to(*all.modes, {.min_frequency = solved.min_frequency,
                                                      .max_frequency = solved.max_frequency,
                                                      .max_modes = count});
-    body.modes = &modes;
-    body.decay_rates.resize(modes.size());
-    for (Eigen::MatrixXd* gains : synth::modal::gains_of(body.pressure)) {
+    object.modes = &modes;
+    object.decay_rates.resize(modes.size());
+    for (Eigen::MatrixXd* gains : synth::modal::gains_of(object.pressure)) {
       if (gains->size() > 0)
         *gains = gains->leftCols(static_cast<Eigen::Index>(modes.size())).eval();
     }
@@ -90,7 +90,7 @@ struct FewerModes {
   FewerModes& operator=(const FewerModes&) = delete;
 
   solvers::modes::Modes modes;
-  scene::RingingBody body;
+  scene::RingingObject object;
 };
 
 SoundFindings::RefinementLevel level(const std::string& key, int value, const Sounds& made,
@@ -117,19 +117,20 @@ SoundStudy read_sound_study(
   core::ConfigNode entry = node.child("object");
   const scene::Object object = scene::read_object(entry, materials, {}, file_name);
   study.name = object.name.empty() ? object.pattern : object.name;
-  study.body.mesh = only_body(entry, object);
-  study.body.any_size = object.file.any_size;
+  study.object.mesh = only_mesh(entry, object);
+  study.object.any_size = object.file.any_size;
   study.material = only_material(entry, object);
-  study.body.materials = scene::region_materials(object, study.material);
+  study.object.materials = scene::region_materials(object, study.material);
   study.strikes = static_cast<int>(node.integer("strike_count", 1, 10000, 5));
   study.mode_counts = ascending_numbers(node, "mode_counts", 1);
   study.image_orders = ascending_numbers(node, "image_orders", 0);
   const auto changed_scene = [&](const std::vector<std::string>& changes) {
-    return read_study_scene(reread(changes).child("sound"), file_name, study.body.materials);
+    return read_study_scene(reread(changes).child("sound"), file_name, study.object.materials);
   };
   // Read once as it stands, so that mistakes in it are named where they are.
-  const scene::Scene scene = read_study_scene(node, file_name, study.body.materials);
-  // One body serves all levels; these effects know only bodies that they have prepared themselves.
+  const scene::Scene scene = read_study_scene(node, file_name, study.object.materials);
+  // One object serves all levels; these effects know only objects that they have prepared
+  // themselves.
   for (const char* effect : {"click", "supports"}) {
     if (scene.runs(effect)) {
       node.fail("scene", fmt::format("levels are heard without the effect \"{}\"", effect),
@@ -140,7 +141,8 @@ SoundStudy read_sound_study(
       node.child("scene").has("room")
           ? changed_scene({"sound.scene.effects.room=off", "sound.scene.effects.tail=off"})
           : scene;
-  study.body.solve.band.max_frequency = std::min(20000.0, study.without_room.audio.sample_rate / 2);
+  study.object.solve.band.max_frequency =
+      std::min(20000.0, study.without_room.audio.sample_rate / 2);
   if (study.image_orders.size() == 1) {
     node.fail("image_orders",
               "the last one is what the others are compared with: give two or more");
@@ -165,7 +167,7 @@ ordered_json to_json(const SoundFindings& findings) {
                       {"seconds", level.seconds},
                       {"error_db", core::number_or_null(level.error_db)}});
   }
-  return {{"body", findings.body},
+  return {{"object", findings.object},
           {"material", findings.material},
           {"modes", findings.modes},
           {"prepare_s", findings.prepare_s},
@@ -177,7 +179,7 @@ void print(const SoundFindings& findings) {
     fmt::print("\nsound: {}\n", findings.failure);
     return;
   }
-  fmt::print("\nsound of {}, {} modes\n{:<14}{:>8}{:>12}{:>10}\n", findings.body, findings.modes,
+  fmt::print("\nsound of {}, {} modes\n{:<14}{:>8}{:>12}{:>10}\n", findings.object, findings.modes,
              "", "", "s", "dB");
   for (const SoundFindings::RefinementLevel& level : findings.levels) {
     fmt::print("{:<14}{:>8}{:>12.2g}{:>10}\n", level.key, level.value, level.seconds,
@@ -187,31 +189,31 @@ void print(const SoundFindings& findings) {
 
 SoundFindings measure_sounds(const SoundStudy& study, MPI_Comm alone,
                              const std::filesystem::path& cache) {
-  const scene::Body solved = scene::solve_body(study.body, alone, cache);
+  const scene::SolvedObject solved = scene::solve_object(study.object, alone, cache);
   core::Trace trace;
   scene::SoundChain chain(study.without_room, cache, trace);
   const double before = core::thread_cpu_seconds();
-  const scene::RingingBody body =
+  const scene::RingingObject object =
       chain.prepare(study.name, study.name, solved.modes, solved.materials);
   const double prepared = core::thread_cpu_seconds() - before;
   std::vector<SoundFindings::RefinementLevel> levels;
-  const Sounds all_modes = make_sounds(study.without_room, study.strikes, body);
+  const Sounds all_modes = make_sounds(study.without_room, study.strikes, object);
   for (const int count : study.mode_counts) {
     if (static_cast<std::size_t>(count) >= solved.modes.size()) break;
-    const FewerModes fewer(body, count);
-    levels.push_back(level("modes", count,
-                           make_sounds(study.without_room, study.strikes, fewer.body), all_modes));
+    const FewerModes fewer(object, count);
+    levels.push_back(level(
+        "modes", count, make_sounds(study.without_room, study.strikes, fewer.object), all_modes));
   }
   levels.push_back(level("modes", static_cast<int>(solved.modes.size()), all_modes, all_modes));
   if (!study.of_order.empty()) {
-    const Sounds full = make_sounds(study.of_order.back(), study.strikes, body);
+    const Sounds full = make_sounds(study.of_order.back(), study.strikes, object);
     for (std::size_t i = 0; i + 1 < study.of_order.size(); ++i) {
       levels.push_back(level("image order", study.image_orders[i],
-                             make_sounds(study.of_order[i], study.strikes, body), full));
+                             make_sounds(study.of_order[i], study.strikes, object), full));
     }
     levels.push_back(level("image order", study.image_orders.back(), full, full));
   }
-  return {.body = study.name,
+  return {.object = study.name,
           .material = study.material,
           .modes = solved.modes.size(),
           .prepare_s = prepared,

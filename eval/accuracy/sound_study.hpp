@@ -10,11 +10,11 @@
 
 namespace carillon::eval::accuracy {
 
-/// How much of a body and a room a sound needs: levels with fewer modes or fewer reflections
+/// How much of an object and a room a sound needs: levels with fewer modes or fewer reflections
 /// against the sound with all of them.
 struct SoundStudy {
   std::string name, material;  ///< of the object, as configured
-  scene::BodyRequest body;
+  scene::ObjectRequest object;
   int strikes = 5;
   std::vector<int> mode_counts;        ///< lowest so many, ascending
   std::vector<int> image_orders;       ///< ascending; the last is the reference
@@ -33,9 +33,9 @@ SoundStudy read_sound_study(
 /// What came of it.
 struct SoundFindings {
   std::string failure{};  ///< why there is nothing else, else ""
-  std::string body{}, material{};
+  std::string object{}, material{};
   std::size_t modes = 0;
-  double prepare_s = 0;  ///< of the body's radiation [s]
+  double prepare_s = 0;  ///< of the object's radiation [s]
   struct RefinementLevel {
     std::string key;  ///< `modes` or `image order`
     int value = 0;

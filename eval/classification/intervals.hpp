@@ -11,7 +11,7 @@
 namespace carillon::eval::classification {
 
 /// Interval of a fraction of independent samples (Wilson 1927): never empty, never beyond 0 and 1,
-/// wide where there are few. [0, 1] for no samples. Sounds of one body are not independent: for
+/// wide where there are few. [0, 1] for no samples. Sounds of one object are not independent: for
 /// them `grouped_interval`.
 /// @param right  of `samples`; need not be a whole number
 /// @throws InputError  more right than samples, a negative number, or a probability not in (0, 1)
@@ -25,18 +25,18 @@ enum class AccuracyKind {
 /// What classifiers are tested on.
 struct TestedSamples {
   std::span<const std::size_t> truth;   ///< class of each sample, from 0
-  std::span<const std::size_t> groups;  ///< which body each sample is of; any numbers
+  std::span<const std::size_t> groups;  ///< which object each sample is of; any numbers
   std::size_t classes = 0;
 };
 
-/// Interval of an accuracy for other bodies of the same kind: a bootstrap that draws whole groups
-/// with replacement, since samples of one body are right or wrong together. Percentiles are set
+/// Interval of an accuracy for other objects of the same kind: a bootstrap that draws whole groups
+/// with replacement, since samples of one object are right or wrong together. Percentiles are set
 /// further apart, at those of Student's t with groups - 1 degrees of freedom, as plain ones are too
 /// narrow of few groups (Hesterberg 2015, section 4.4).
 ///
 /// Where all draws are alike (all is right; one group) they say nothing: the interval is then
-/// Wilson's, as of one sample for each group. Balanced: a class with one body alone is missing from
-/// a third of the draws, whose mean is over the others; its own spread is not known, and the
+/// Wilson's, as of one sample for each group. Balanced: a class with one object alone is missing
+/// from a third of the draws, whose mean is over the others; its own spread is not known, and the
 /// interval is too narrow by it.
 /// @param random  decides the draws
 /// @throws InputError  spans of unequal length, no samples, or a class that there is not
@@ -49,11 +49,11 @@ core::Range grouped_interval(const TestedSamples& tested, std::span<const std::s
 struct SeedsSummary {
   double mean = 0;
   double deviation = 0;  ///< standard deviation between seeds; NaN for one
-  /// What other seeds come to on other bodies. Seeds and bodies are crossed, not nested, and seeds
-  /// are few, of which a bootstrap is too narrow: the variances of the mean over seeds and over
-  /// bodies (linearised, Cochran 1977, section 6.3, with groups as units) are added, with degrees
-  /// of freedom after Satterthwaite (1946). Adding counts their interaction twice: never too narrow
-  /// by it. NaN for one seed or one group; where nothing varies, Wilson's of the groups.
+  /// What other seeds come to on other objects. Seeds and objects are crossed, not nested, and
+  /// seeds are few, of which a bootstrap is too narrow: the variances of the mean over seeds and
+  /// over objects (linearised, Cochran 1977, section 6.3, with groups as units) are added, with
+  /// degrees of freedom after Satterthwaite (1946). Adding counts their interaction twice: never
+  /// too narrow by it. NaN for one seed or one group; where nothing varies, Wilson's of the groups.
   core::Range seeds_and_groups;
 };
 
@@ -68,7 +68,7 @@ SeedsSummary interval_over_seeds(const TestedSamples& tested,
 /// same samples hard.
 struct AccuracyDifference {
   double mean = 0;
-  /// What other bodies, and of several seeds other seeds of both, come to: variances as in
+  /// What other objects, and of several seeds other seeds of both, come to: variances as in
   /// SeedsSummary, of the groups' differences. NaN for one group, or where nothing varies.
   core::Range bounds;
 };

@@ -19,7 +19,7 @@ namespace carillon::eval::classification {
 /// @throws InputError  a score that is NaN; names its place
 double auroc(std::span<const double> known, std::span<const double> novel);
 
-/// Interval of `auroc` for other bodies of the same kinds: each sample's fraction of the area,
+/// Interval of `auroc` for other objects of the same kinds: each sample's fraction of the area,
 /// summed over the groups that stand and fall together (Obuchowski 1997; of single samples DeLong,
 /// DeLong and Clarke-Pearson 1988), with Student's t of the odds' logarithm (Pepe 2003). Where
 /// nothing varies, Wilson's of the fewer groups. Within 0 and 1; NaN where either has but one

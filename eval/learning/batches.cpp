@@ -39,19 +39,19 @@ BatchReader::BatchReader(SampleSource& source, const LabelledSamples& samples,
       samples_(samples),
       senses_(std::move(senses)),
       rows_(std::move(rows)),
-      bodies_(senses_.size()) {
+      objects_(senses_.size()) {
   std::set<std::uint32_t> named;
-  for (const std::uint32_t row : rows_) named.insert(samples_.bodies[row]);
-  body_entries_.assign(named.begin(), named.end());
-  double row_bytes = 1, body_bytes = 0;
+  for (const std::uint32_t row : rows_) named.insert(samples_.objects[row]);
+  object_entries_.assign(named.begin(), named.end());
+  double row_bytes = 1, object_bytes = 0;
   for (const Sense sense : senses_) {
     const SenseLayout layout = require_layout(source, sense);
     layouts_.push_back(layout);
-    (layout.of_bodies ? body_bytes : row_bytes) +=
+    (layout.of_objects ? object_bytes : row_bytes) +=
         static_cast<double>(values_in(layout.extent)) * 4;
   }
-  // Bodies are all there at once: samples of each lie anywhere.
-  memory -= body_bytes * static_cast<double>(body_entries_.size());
+  // Objects are all there at once: samples of each lie anywhere.
+  memory -= object_bytes * static_cast<double>(object_entries_.size());
   const auto fitting = static_cast<std::size_t>(std::max(1.0, memory / row_bytes));
   // Two windows are there at a time: one in use, one coming.
   window_rows_ = fitting >= rows_.size()
@@ -69,7 +69,7 @@ BatchReader::Window BatchReader::load(std::vector<std::uint32_t> rows) {
   std::vector<bool> heard(window.rows.size(), true);
   for (std::size_t s = 0; s < senses_.size(); ++s) {
     std::vector<float>& values = window.values.emplace_back();
-    if (layouts_[s].of_bodies) continue;
+    if (layouts_[s].of_objects) continue;
     const std::size_t each = values_in(layouts_[s].extent);
     values.resize(window.rows.size() * each);
     // Rows rise within a block.
@@ -90,17 +90,18 @@ BatchReader::Window BatchReader::load(std::vector<std::uint32_t> rows) {
   return window;
 }
 
-void BatchReader::load_bodies() {
+void BatchReader::load_objects() {
   for (std::size_t s = 0; s < senses_.size(); ++s) {
     const SenseLayout& layout = layouts_[s];
-    if (!layout.of_bodies || !bodies_[s].empty()) continue;
+    if (!layout.of_objects || !objects_[s].empty()) continue;
     const std::size_t each = values_in(layout.extent);
-    bodies_[s].resize(body_entries_.size() * each);
-    for (std::size_t first = 0; first < body_entries_.size(); first += block_rows) {
-      const auto entries = std::span(body_entries_)
-                               .subspan(first, std::min(block_rows, body_entries_.size() - first));
+    objects_[s].resize(object_entries_.size() * each);
+    for (std::size_t first = 0; first < object_entries_.size(); first += block_rows) {
+      const auto entries =
+          std::span(object_entries_)
+              .subspan(first, std::min(block_rows, object_entries_.size() - first));
       source_.read(senses_[s], entries,
-                   std::span(bodies_[s]).subspan(first * each, entries.size() * each));
+                   std::span(objects_[s]).subspan(first * each, entries.size() * each));
     }
   }
 }
@@ -126,7 +127,7 @@ void BatchReader::plan_windows(std::optional<std::uint64_t> order) {
 void BatchReader::begin(std::optional<std::uint64_t> order) {
   if (coming_.valid()) coming_.wait();
   coming_ = {};
-  load_bodies();
+  load_objects();
   seed_ = order;
   window_number_ = 0;
   used_ = 0;
@@ -175,13 +176,13 @@ bool BatchReader::next(std::size_t size, Batch& batch) {
     const std::uint32_t row = window_->rows[at];
     batch.rows.push_back(row);
     batch.labels.push_back(samples_.label[row]);
-    const auto body = static_cast<std::size_t>(
-        std::lower_bound(body_entries_.begin(), body_entries_.end(), samples_.bodies[row]) -
-        body_entries_.begin());
+    const auto object = static_cast<std::size_t>(
+        std::lower_bound(object_entries_.begin(), object_entries_.end(), samples_.objects[row]) -
+        object_entries_.begin());
     for (std::size_t s = 0; s < senses_.size(); ++s) {
       const std::size_t each = values_in(layouts_[s].extent);
-      const float* from = layouts_[s].of_bodies ? bodies_[s].data() + body * each
-                                                : window_->values[s].data() + at * each;
+      const float* from = layouts_[s].of_objects ? objects_[s].data() + object * each
+                                                 : window_->values[s].data() + at * each;
       batch.senses[s].insert(batch.senses[s].end(), from, from + each);
     }
   }

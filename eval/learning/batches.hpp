@@ -28,7 +28,7 @@ std::vector<std::uint32_t> rows_of_rank(const std::vector<std::uint32_t>& rows, 
 class BatchReader {
  public:
   /// @param rows    ascending
-  /// @param memory  for samples and the bodies that they are of [B]; the latter are all held, and
+  /// @param memory  for samples and the objects that they are of [B]; the latter are all held, and
   ///                the order of samples depends on whether all fit
   /// @throws InputError  the source lacks a sense; says how to get it
   BatchReader(SampleSource& source, const LabelledSamples& samples, std::vector<Sense> senses,
@@ -55,11 +55,11 @@ class BatchReader {
  private:
   struct Window {
     std::vector<std::uint32_t> rows;         ///< as they are in `values`
-    std::vector<std::vector<float>> values;  ///< of each sense; empty for those of bodies
+    std::vector<std::vector<float>> values;  ///< of each sense; empty for those of objects
     std::size_t silent = 0;
   };
   Window load(std::vector<std::uint32_t> rows);
-  void load_bodies();
+  void load_objects();
   void plan_windows(std::optional<std::uint64_t> order);
   void next_window();
 
@@ -69,8 +69,8 @@ class BatchReader {
   std::vector<SenseLayout> layouts_;
   std::vector<std::uint32_t> rows_;
   std::size_t window_rows_ = 0;
-  std::vector<std::uint32_t> body_entries_;       ///< bodies of the rows, ascending
-  std::vector<std::vector<float>> bodies_;        ///< of each sense that is of bodies: theirs
+  std::vector<std::uint32_t> object_entries_;     ///< objects of the rows, ascending
+  std::vector<std::vector<float>> objects_;       ///< of each sense that is of objects: theirs
   std::vector<std::vector<std::uint32_t>> plan_;  ///< rows of each window of this pass
   std::size_t window_number_ = 0;                 ///< the next of the plan
   std::optional<Window> window_;

@@ -23,7 +23,7 @@ constexpr std::size_t gap_bytes = std::size_t{1} << 18;
 /// Where a sense lies in index.h5.
 struct Column {
   std::string name;
-  bool of_bodies = false;
+  bool of_objects = false;
 };
 
 /// The sounds of a dataset, with the spectrograms that it stores, else the papers'.
@@ -57,10 +57,10 @@ class DatasetSource final : public SampleSource {
     keys_ = file_.read<std::string>("key");
     if (described) describe(core::read_json(description));
     if (file_.has("shape_index")) {
-      bodies_ = file_.read<std::uint32_t>("shape_index");
+      objects_ = file_.read<std::uint32_t>("shape_index");
     } else {
       for (std::size_t i = 0; i < keys_.size(); ++i) {
-        bodies_.push_back(static_cast<std::uint32_t>(i));
+        objects_.push_back(static_cast<std::uint32_t>(i));
       }
     }
     const core::Extent audio = file_.extent("audio");
@@ -74,16 +74,16 @@ class DatasetSource final : public SampleSource {
   const std::string& name() const override { return name_; }
   std::size_t size() const override { return keys_.size(); }
   std::vector<std::string> keys() const override { return keys_; }
-  std::vector<std::uint32_t> bodies() const override { return bodies_; }
-  std::vector<std::string> body_names() const override {
+  std::vector<std::uint32_t> objects() const override { return objects_; }
+  std::vector<std::string> object_names() const override {
     std::vector<std::string> names = labels("shape");
-    // Takes are of all bodies that play in them, which a seed draws.
+    // Simulations are of all objects that play in them, which a seed draws.
     const bool of_simulations = !file_.has("shape_index");
     for (std::size_t i = 0; i < names.size(); ++i) {
       if (of_simulations) {
         names[i].insert(0, seed_);
       } else if (!shapes_.empty()) {
-        names[i] = shapes_.at(bodies_[i]);
+        names[i] = shapes_.at(objects_[i]);
       }
     }
     return names;
@@ -94,10 +94,10 @@ class DatasetSource final : public SampleSource {
       for (const std::string& key : keys_) names.push_back(seed_ + key);
       return names;
     }
-    const std::vector<std::string> bodies = body_names(), shapes = labels("shape");
+    const std::vector<std::string> objects = object_names(), shapes = labels("shape");
     const auto strikes = file_.read<std::int64_t>("strike");
     for (std::size_t i = 0; i < keys_.size(); ++i) {
-      names.push_back(fmt::format("{}{} {} {}", seed_, shapes[i], strikes[i], bodies[i]));
+      names.push_back(fmt::format("{}{} {} {}", seed_, shapes[i], strikes[i], objects[i]));
     }
     return names;
   }
@@ -124,7 +124,7 @@ class DatasetSource final : public SampleSource {
     if (!column) return std::nullopt;
     const core::Extent stored = file_.extent(column->name);
     return SenseLayout{extent_of(sense, stored), static_cast<std::size_t>(stored[0]),
-                       column->of_bodies};
+                       column->of_objects};
   }
 
   std::vector<bool> read(Sense sense, std::span<const std::uint32_t> entries,
@@ -196,9 +196,9 @@ class DatasetSource final : public SampleSource {
         break;
     }
     const std::string own = sense == Sense::voxels ? "voxels" : "frames";
-    const std::string of_body = sense == Sense::voxels ? "shapes/voxels" : "shapes/frame";
+    const std::string of_object = sense == Sense::voxels ? "shapes/voxels" : "shapes/frame";
     if (file_.has(own)) return Column{own};
-    if (file_.has("shape_index") && file_.has(of_body)) return Column{of_body, true};
+    if (file_.has("shape_index") && file_.has(of_object)) return Column{of_object, true};
     return std::nullopt;
   }
 
@@ -220,7 +220,7 @@ class DatasetSource final : public SampleSource {
     return {};
   }
 
-  /// Of takes the first frame.
+  /// Of simulations the first frame.
   void prepare_bytes(Sense sense, const Column& column, std::span<const std::uint8_t> row,
                      std::span<float> values) const {
     if (sense == Sense::voxels) {
@@ -262,7 +262,7 @@ class DatasetSource final : public SampleSource {
     return prepare::spectrogram(values);
   }
 
-  /// What other datasets may have, too: bodies of the same parameters or mesh, and strikes of the
+  /// What other datasets may have, too: objects of the same parameters or mesh, and strikes of the
   /// same seed.
   void describe(const nlohmann::json& description) {
     seed_ = fmt::format("seed {}: ", description.at("seed").dump());
@@ -275,12 +275,12 @@ class DatasetSource final : public SampleSource {
   std::string name_;
   core::Hdf5Group file_;
   std::string seed_;
-  std::vector<std::string> shapes_;  ///< names of bodies
+  std::vector<std::string> shapes_;  ///< names of objects
   std::size_t listener_;
   std::size_t listeners_ = 1;
   std::string content_;
   std::vector<std::string> keys_;
-  std::vector<std::uint32_t> bodies_;
+  std::vector<std::uint32_t> objects_;
   ClipPreparer preparer_;
 };
 

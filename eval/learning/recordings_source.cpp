@@ -177,15 +177,15 @@ class RecordingsSource final : public SampleSource {
       for (const std::string& cell : cells) all.add(cell).add("\n");
     }
     content_ = fmt::format("{} {} {} {} {} {} {}", all.hex(), to_json(preparer_.format()).dump(),
-                           spec.body, spec.strike, spec.validation, spec.test, spec.seed);
-    name_bodies();
+                           spec.object, spec.strike, spec.validation, spec.test, spec.seed);
+    name_objects();
   }
 
   const std::string& name() const override { return name_; }
   std::size_t size() const override { return table_.files.size(); }
   std::vector<std::string> keys() const override { return table_.files; }
-  std::vector<std::uint32_t> bodies() const override { return bodies_; }
-  std::vector<std::string> body_names() const override { return body_names_; }
+  std::vector<std::uint32_t> objects() const override { return objects_; }
+  std::vector<std::string> object_names() const override { return object_names_; }
   std::vector<std::string> strike_names() const override { return strike_names_; }
   std::string content() const override { return content_; }
 
@@ -246,21 +246,21 @@ class RecordingsSource final : public SampleSource {
     }
   }
 
-  void name_bodies() {
-    std::string column = spec_.body;
+  void name_objects() {
+    std::string column = spec_.object;
     if (column.empty() && table_.columns.contains("shape")) column = "shape";
     strike_names_ = hashes_;
-    body_names_ = column.empty() ? hashes_ : labels(column);
+    object_names_ = column.empty() ? hashes_ : labels(column);
     if (!spec_.strike.empty()) {
       strike_names_ = labels(spec_.strike);
-      if (column.empty()) body_names_ = strike_names_;
-      for (std::size_t i = 0; i < size(); ++i) strike_names_[i].insert(0, body_names_[i] + " ");
+      if (column.empty()) object_names_ = strike_names_;
+      for (std::size_t i = 0; i < size(); ++i) strike_names_[i].insert(0, object_names_[i] + " ");
     }
     std::map<std::string, std::uint32_t> numbers;
-    for (const std::string& body : body_names_) numbers.emplace(body, 0);
+    for (const std::string& object : object_names_) numbers.emplace(object, 0);
     std::uint32_t count = 0;
-    for (auto& [body, number] : numbers) number = count++;
-    for (const std::string& body : body_names_) bodies_.push_back(numbers.at(body));
+    for (auto& [object, number] : numbers) number = count++;
+    for (const std::string& object : object_names_) objects_.push_back(numbers.at(object));
   }
 
   std::string drawn_part(const std::string& identity, const std::string& split) const {
@@ -270,7 +270,7 @@ class RecordingsSource final : public SampleSource {
     return draw < spec_.test + spec_.validation ? "validation" : "train";
   }
 
-  /// The table's own column, or parts that are drawn: of bodies, or of sounds.
+  /// The table's own column, or parts that are drawn: of objects, or of sounds.
   std::vector<std::string> split_of(const std::string& column) const {
     for (const std::string& own : {column, std::string("split")}) {
       if (const auto found = table_.columns.find(own); found != table_.columns.end()) {
@@ -280,7 +280,7 @@ class RecordingsSource final : public SampleSource {
     std::vector<std::string> parts;
     for (std::size_t i = 0; i < size(); ++i) {
       parts.push_back(
-          drawn_part(column == "split_shape" ? body_names_[i] : strike_names_[i], column));
+          drawn_part(column == "split_shape" ? object_names_[i] : strike_names_[i], column));
     }
     return parts;
   }
@@ -304,7 +304,7 @@ class RecordingsSource final : public SampleSource {
       require_one_part("sound " + hashes_[i], i, "the same sound twice");
       require_one_part("strike " + strike_names_[i], i, "one strike");
       if (column == "split_shape") {
-        require_one_part("body " + body_names_[i], i, "body " + body_names_[i]);
+        require_one_part("object " + object_names_[i], i, "object " + object_names_[i]);
       }
     }
     return parts;
@@ -315,8 +315,8 @@ class RecordingsSource final : public SampleSource {
   LabelTable table_;
   ClipPreparer preparer_;
   std::vector<std::string> hashes_;
-  std::vector<std::string> body_names_, strike_names_;
-  std::vector<std::uint32_t> bodies_;
+  std::vector<std::string> object_names_, strike_names_;
+  std::vector<std::uint32_t> objects_;
   std::string content_;
 };
 

@@ -21,24 +21,24 @@ struct RecordingsSpec {
   std::string names;
   double seconds = 1;          ///< of each sound from its strike on
   double sample_rate = 44100;  ///< [Hz]
-  /// Column whose values are the bodies that were struck. Empty: `shape`, where there is none each
-  /// file is a body.
-  std::string body;
-  /// Column whose values tell a body's strikes apart, where one was recorded by several microphones
-  /// or is there in several versions. Empty: each file is a strike of its own.
+  /// Column whose values are the objects that were struck. Empty: `shape`, where there is none each
+  /// file is an object.
+  std::string object;
+  /// Column whose values tell an object's strikes apart, where one was recorded by several
+  /// microphones or is there in several versions. Empty: each file is a strike of its own.
   std::string strike;
-  /// Shares of bodies and of strikes where the table has no column `split`, `split_shape` or
+  /// Shares of objects and of strikes where the table has no column `split`, `split_shape` or
   /// `split_strike`.
   double validation = 0.1, test = 0.1;
   std::uint64_t seed = 0;
 };
 
 /// Recordings as samples. Their keys are the files' names. Of columns of splits that are not in the
-/// table, a body's or strike's part depends on its name (of a file's: what it holds) and the seed
-/// alone: more files move none.
+/// table, an object's or strike's part depends on its name (of a file's: what it holds) and the
+/// seed alone: more files move none.
 ///
-/// `labels` of a split throws InputError where a body (`split_shape`), a strike, or the same sound
-/// under two names, is in two parts.
+/// `labels` of a split throws InputError where an object (`split_shape`), a strike, or the same
+/// sound under two names, is in two parts.
 /// @param format  of their clips; none: the spec's length and rate with the papers' spectrograms
 /// @throws FileError   the folder or the table cannot be read
 ///         InputError  no files, one that the table or the pattern does not fit; names it

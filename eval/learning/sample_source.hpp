@@ -14,8 +14,9 @@ namespace carillon::eval::learning {
 /// What a source has of one sense.
 struct SenseLayout {
   SenseExtent extent;
-  std::size_t entries = 0;  ///< samples; or bodies, whose voxels and frame are one for many samples
-  bool of_bodies = false;
+  std::size_t entries =
+      0;  ///< samples; or objects, whose voxels and frame are one for many samples
+  bool of_objects = false;
 };
 
 /// Samples that networks learn from: a dataset, or recordings with labels.
@@ -27,11 +28,12 @@ class SampleSource {
   virtual const std::string& name() const = 0;
   virtual std::size_t size() const = 0;
   virtual std::vector<std::string> keys() const = 0;
-  /// Body of each sample, counted from 0; its entry in senses that are of bodies.
-  virtual std::vector<std::uint32_t> bodies() const = 0;
-  /// What tells each sample's body from every other one's: equal for one body in several sources.
-  virtual std::vector<std::string> body_names() const = 0;
-  /// Likewise its strike's: sounds of one strike, of the same body in several materials or by
+  /// Object of each sample, counted from 0; its entry in senses that are of objects.
+  virtual std::vector<std::uint32_t> objects() const = 0;
+  /// What tells each sample's object from every other one's: equal for one object in several
+  /// sources.
+  virtual std::vector<std::string> object_names() const = 0;
+  /// Likewise its strike's: sounds of one strike, of the same object in several materials or by
   /// several microphones, are heard rightly or wrongly together.
   virtual std::vector<std::string> strike_names() const = 0;
   /// A column of texts: labels and splits.

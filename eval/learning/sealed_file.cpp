@@ -10,23 +10,24 @@ namespace carillon::eval::learning {
 
 namespace {
 
-std::string seal(const nlohmann::json& header, const nlohmann::json& sizes, std::string_view body) {
+std::string seal(const nlohmann::json& header, const nlohmann::json& sizes,
+                 std::string_view payload) {
   std::string all = header.dump() + sizes.dump();
-  return core::sha256(all.append(body));
+  return core::sha256(all.append(payload));
 }
 
 }  // namespace
 
 void write_sealed(const std::filesystem::path& path, const SealedFile& file) {
-  std::string body;
+  std::string payload;
   std::vector<std::size_t> sizes;
   for (const std::string& block : file.blocks) {
-    body += block;
+    payload += block;
     sizes.push_back(block.size());
   }
   const nlohmann::json line = {
-      {"header", file.header}, {"blocks", sizes}, {"sha256", seal(file.header, sizes, body)}};
-  core::write_text_durably(path, line.dump() + "\n" + body);
+      {"header", file.header}, {"blocks", sizes}, {"sha256", seal(file.header, sizes, payload)}};
+  core::write_text_durably(path, line.dump() + "\n" + payload);
 }
 
 SealedFile read_sealed(const std::filesystem::path& path) {
@@ -43,15 +44,15 @@ SealedFile read_sealed(const std::filesystem::path& path) {
       !line.contains("header")) {
     throw damaged("no file of this program");
   }
-  const std::string body = text.substr(end + 1);
-  if (seal(line.at("header"), line.at("blocks"), body) != line.at("sha256")) {
-    throw damaged(fmt::format("cut short or changed ({} bytes after its header)", body.size()));
+  const std::string payload = text.substr(end + 1);
+  if (seal(line.at("header"), line.at("blocks"), payload) != line.at("sha256")) {
+    throw damaged(fmt::format("cut short or changed ({} bytes after its header)", payload.size()));
   }
   SealedFile file;
   file.header = line.at("header");
   std::size_t at = 0;
   for (const std::size_t size : line.at("blocks").get<std::vector<std::size_t>>()) {
-    file.blocks.push_back(body.substr(at, size));
+    file.blocks.push_back(payload.substr(at, size));
     at += size;
   }
   return file;

@@ -33,17 +33,17 @@ class SelectedSource final : public SampleSource {
     for (const SampleSource* source : sources_) {
       name_ += (name_.empty() ? "" : " + ") + source->name();
       all.add(source->content()).add("\n");
-      // Bodies of one source come after those of the ones before it; where a sense is of bodies its
-      // entries are counted alike.
-      first_body_.push_back(bodies_in_all_);
-      std::size_t bodies = 0;
-      for (const std::uint32_t body : source->bodies())
-        bodies = std::max<std::size_t>(bodies, body + 1);
+      // Objects of one source come after those of the ones before it; where a sense is of objects
+      // its entries are counted alike.
+      first_object_.push_back(objects_in_all_);
+      std::size_t objects = 0;
+      for (const std::uint32_t object : source->objects())
+        objects = std::max<std::size_t>(objects, object + 1);
       for (const Sense sense : all_senses) {
         const auto layout = source->layout(sense);
-        if (layout && layout->of_bodies) bodies = std::max(bodies, layout->entries);
+        if (layout && layout->of_objects) objects = std::max(objects, layout->entries);
       }
-      bodies_in_all_ += bodies;
+      objects_in_all_ += objects;
     }
     for (const Selection& one : selected_) {
       all.add(fmt::format("{} {} {}\n", one.source, one.row,
@@ -65,15 +65,16 @@ class SelectedSource final : public SampleSource {
                                  });
   }
 
-  std::vector<std::uint32_t> bodies() const override {
-    return gathered<std::uint32_t>([](const SampleSource& source) { return source.bodies(); },
-                                   [this](std::uint32_t body, std::uint32_t source) {
-                                     return body + static_cast<std::uint32_t>(first_body_[source]);
+  std::vector<std::uint32_t> objects() const override {
+    return gathered<std::uint32_t>([](const SampleSource& source) { return source.objects(); },
+                                   [this](std::uint32_t object, std::uint32_t source) {
+                                     return object +
+                                            static_cast<std::uint32_t>(first_object_[source]);
                                    });
   }
 
-  std::vector<std::string> body_names() const override {
-    return gathered<std::string>([](const SampleSource& source) { return source.body_names(); },
+  std::vector<std::string> object_names() const override {
+    return gathered<std::string>([](const SampleSource& source) { return source.object_names(); },
                                  [](const std::string& name, std::uint32_t) { return name; });
   }
   std::vector<std::string> strike_names() const override {
@@ -102,7 +103,8 @@ class SelectedSource final : public SampleSource {
     std::optional<SenseLayout> common = sources_[0]->layout(sense);
     for (const SampleSource* source : sources_) {
       const auto own = source->layout(sense);
-      if (!common || !own || own->extent != common->extent || own->of_bodies != common->of_bodies) {
+      if (!common || !own || own->extent != common->extent ||
+          own->of_objects != common->of_objects) {
         return std::nullopt;
       }
       // Equal extents may be of other rates, lengths and bands.
@@ -112,7 +114,7 @@ class SelectedSource final : public SampleSource {
         return std::nullopt;
       }
     }
-    common->entries = common->of_bodies ? bodies_in_all_ : size();
+    common->entries = common->of_objects ? objects_in_all_ : size();
     return common;
   }
 
@@ -120,13 +122,13 @@ class SelectedSource final : public SampleSource {
                          std::span<float> values) override {
     if (entries.empty()) return {};
     const std::size_t each = values.size() / entries.size();
-    const bool of_bodies = layout(sense).value().of_bodies;
+    const bool of_objects = layout(sense).value().of_objects;
     std::vector<bool> heard;
     for (std::size_t first = 0; first < entries.size();) {
-      const auto [source, row] = place_of(entries[first], of_bodies);
+      const auto [source, row] = place_of(entries[first], of_objects);
       std::vector<std::uint32_t> rows = {row};
       while (first + rows.size() < entries.size()) {
-        const auto [next_source, next_row] = place_of(entries[first + rows.size()], of_bodies);
+        const auto [next_source, next_row] = place_of(entries[first + rows.size()], of_objects);
         if (next_source != source) break;
         rows.push_back(next_row);
       }
@@ -152,14 +154,14 @@ class SelectedSource final : public SampleSource {
   }
 
   /// Source of an entry, and the entry there.
-  std::pair<std::size_t, std::uint32_t> place_of(std::uint32_t entry, bool of_bodies) const {
-    if (!of_bodies) return {selected_[entry].source, selected_[entry].row};
-    const auto after = std::upper_bound(first_body_.begin(), first_body_.end(), entry);
-    const auto source = static_cast<std::size_t>(after - first_body_.begin()) - 1;
-    return {source, entry - static_cast<std::uint32_t>(first_body_[source])};
+  std::pair<std::size_t, std::uint32_t> place_of(std::uint32_t entry, bool of_objects) const {
+    if (!of_objects) return {selected_[entry].source, selected_[entry].row};
+    const auto after = std::upper_bound(first_object_.begin(), first_object_.end(), entry);
+    const auto source = static_cast<std::size_t>(after - first_object_.begin()) - 1;
+    return {source, entry - static_cast<std::uint32_t>(first_object_[source])};
   }
 
-  /// Bodies are numbered up to the largest that any sense has; one that this sense lacks is empty.
+  /// Objects are numbered up to the largest that any sense has; one that this sense lacks is empty.
   static std::vector<bool> read_own(SampleSource& source, Sense sense,
                                     const std::vector<std::uint32_t>& rows,
                                     std::span<float> values) {
@@ -179,8 +181,8 @@ class SelectedSource final : public SampleSource {
   std::vector<Selection> selected_;
   std::vector<std::string> names_;
   std::string name_, content_;
-  std::vector<std::size_t> first_body_;
-  std::size_t bodies_in_all_ = 0;
+  std::vector<std::size_t> first_object_;
+  std::size_t objects_in_all_ = 0;
 };
 
 }  // namespace

@@ -104,8 +104,8 @@ LabelledSamples label_samples(const SampleSource& source, const TaskSpec& task) 
   LabelledSamples samples;
   samples.classes.assign(found.begin(), found.end());
   samples.keys = source.keys();
-  samples.bodies = source.bodies();
-  samples.body_groups = numbered(source.body_names());
+  samples.objects = source.objects();
+  samples.object_groups = numbered(source.object_names());
   samples.strike_groups = numbered(source.strike_names());
   for (std::size_t i = 0; i < labels.size(); ++i) {
     const auto at = class_of.find(labels[i]);
@@ -140,7 +140,7 @@ void require_learnable(const LabelledSamples& samples, const SampleSource& sourc
     throw core::InputError(
         fmt::format("{}: task {}: {} holds no sample to train with", source.name(), task.name,
                     task.split),
-        "more bodies or strikes, or another split column: split_strike where classes are shapes");
+        "more objects or strikes, or another split column: split_strike where classes are shapes");
   }
 }
 

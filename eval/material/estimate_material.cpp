@@ -35,8 +35,8 @@ bool near(const Candidate& a, const Candidate& b, double distance) {
 
 void check(const StruckModes& modes) {
   if (modes.eigenvalues.empty()) {
-    throw core::InputError("the assumed body has no mode in its band",
-                           "raise --max-frequency, or check the body's size");
+    throw core::InputError("the assumed object has no mode in its band",
+                           "raise --max-frequency, or check the object's size");
   }
   const auto heard = [](double gain) { return gain != 0; };
   if (std::none_of(modes.gains.begin(), modes.gains.end(), heard)) {
@@ -98,9 +98,9 @@ MaterialEstimate estimate_material(std::span<const double> samples, const featur
   if (starts.empty()) {
     throw core::InputError(
         fmt::format("no specific modulus between {:.3g} and {:.3g} m^2/s^2 makes a mode of the "
-                    "assumed body sound like a feature",
+                    "assumed object sound like a feature",
                     options.starts.min_modulus, options.starts.max_modulus),
-        "check the body's size, and whether the recording is of this body");
+        "check the object's size, and whether the recording is of this body");
   }
 
   const damping::DampingData data = damping::damping_data(set.features);

@@ -56,7 +56,7 @@ struct MaterialEstimate {
   std::vector<std::string> remarks;  ///< how well it is determined, and what a user should know
 };
 
-/// Specific modulus, scale and damping of the material of one struck body from one recording
+/// Specific modulus, scale and damping of the material of one struck object from one recording
 /// (Sterling 2019, section 3.3), by the modes of an assumed material, which are not solved again.
 /// @param samples  of the recording that `set` was extracted from
 /// @throws InputError  no features or fewer than parameters, no modes, a point where none is heard

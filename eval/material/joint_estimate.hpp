@@ -9,7 +9,7 @@
 
 namespace carillon::eval::material {
 
-/// A strike on a body, recorded.
+/// A strike on an object, recorded.
 struct StruckRecording {
   std::span<const double> samples;
   const features::FeatureSet* set = nullptr;  ///< extracted from them
@@ -25,8 +25,8 @@ struct JointEstimate {
   std::vector<std::string> remarks;
 };
 
-/// The material of one body from several recordings of it, all taken at one gain: the mean of their
-/// hybrid metrics (hybrid_metric.hpp) is minimised, from the minima of each recording alone.
+/// The material of one object from several recordings of it, all taken at one gain: the mean of
+/// their hybrid metrics (hybrid_metric.hpp) is minimised, from the minima of each recording alone.
 /// @throws InputError  no recordings, or none that a material can be estimated from (says why)
 JointEstimate estimate_jointly(std::span<const StruckRecording> recordings,
                                const MaterialOptions& options);

@@ -12,15 +12,15 @@
 
 namespace carillon::eval::material {
 
-/// Which motion of the struck point a recording is taken to follow. Pressure far from a small body
-/// follows its acceleration; `carillon strike` without listeners gives the velocity.
+/// Which motion of the struck point a recording is taken to follow. Pressure far from a small
+/// object follows its acceleration; `carillon strike` without listeners gives the velocity.
 enum class HeardMotion { displacement, velocity, acceleration };
 
 /// @throws InputError  no such name
 HeardMotion parse_heard_motion(std::string_view name);
 std::string_view name_of(HeardMotion motion);
 
-/// Modes of a body of assumed material, struck at a point by a unit impulse.
+/// Modes of an object of assumed material, struck at a point by a unit impulse.
 struct StruckModes {
   std::vector<double> eigenvalues;  ///< with the assumed specific modulus [rad^2/s^2], ascending
   /// Outward motion at the point per motion of the modal coordinate, times the coordinate's

@@ -147,7 +147,7 @@ RecognitionTrial try_recognition(const Recognition& recognition, networks::Learn
   if (!others.empty()) {
     const std::vector<float> theirs = learner.predict(source, samples, others, ranks);
     Scored novel{log_odds(theirs, classes, recognition.temperature), {}};
-    for (const std::uint32_t row : others) novel.groups.push_back(samples.body_groups[row]);
+    for (const std::uint32_t row : others) novel.groups.push_back(samples.object_groups[row]);
     trial.novel["left_out"] = against(known, novel, recognition.threshold);
   }
   for (const std::string& name : synth::recording::noise_kind_names()) {

@@ -59,7 +59,7 @@ struct RecognitionTrial {
     std::size_t sounds = 0;
     double auroc = 0;
     core::Range
-        auroc95;  ///< for other bodies; of what is known for other strikes where they are held out
+        auroc95;  ///< for other objects; of what is known for other strikes where they are held out
     double accepted = 0;
   };
   /// `left_out`: the source's samples of labels that the task leaves out, where there are; `white`,

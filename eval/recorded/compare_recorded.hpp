@@ -50,8 +50,8 @@ struct RecordedOptions {
   double min_level = -60;  ///< energy of synthetic modes against their strike's strongest [dB]
 };
 
-/// Compares recorded and synthetic modes of several strikes on one body, whose recordings have one
-/// unknown gain. Pairs are chosen with a gain that makes the energies of both equal, then again
+/// Compares recorded and synthetic modes of several strikes on one object, whose recordings have
+/// one unknown gain. Pairs are chosen with a gain that makes the energies of both equal, then again
 /// with the gain of the pairs found.
 /// @throws InputError  as compare_modes()
 RecordedComparison compare_recorded(std::span<const RecordedTones> strikes,

@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 constexpr const char* kRecordings = "deconvolved_0db.npy";
 constexpr const char* kMesh = "transformed.obj";
 /// How far a vertex of the mesh may lie from where the folder says it is, as a fraction of the
-/// body's longest side.
+/// object's longest side.
 constexpr double kElsewhere = 0.02;
 
 /// The folder that holds the arrays.

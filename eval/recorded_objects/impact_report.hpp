@@ -18,8 +18,8 @@ struct ImpactReport {
   const synth::material::Material& material;  ///< as given
   const std::vector<StudiedStrike>& strikes;
   const std::vector<ModelStrike>& model;
-  const HeardBody& given;
-  const HeardBody* fitted = nullptr;  ///< null without a fit
+  const HeardObject& given;
+  const HeardObject* fitted = nullptr;  ///< null without a fit
   const StudyFit* fit = nullptr;
   const std::vector<ModelVariant>& variants;
   std::vector<std::string> remarks;

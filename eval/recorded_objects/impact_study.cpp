@@ -19,7 +19,7 @@ constexpr double kLevelScale = 20, kMinDifference = 0.3;
 /// A fit has so many times the pairs of chance within a quarter of the widest distance.
 constexpr double kBeyondChance = 1.5, kNear = 0.25;
 
-/// What of a candidate of a body is heard in the band of one strike.
+/// What of a candidate of an object is heard in the band of one strike.
 material::HeardCandidate heard(const material::StruckModes& modes, double specific_modulus,
                                const synth::damping::DampingModel& damping,
                                const StudyOptions& options) {
@@ -52,22 +52,22 @@ void leave_frequencies(recorded::RecordedComparison& modes) {
   modes.all.decay_ratio = modes.all.level_error = {none, none, none};
 }
 
-/// A body with one damping model, whose frequencies are scaled strike by strike.
+/// An object with one damping model, whose frequencies are scaled strike by strike.
 ModelVariant make_variant(const std::string& name, const std::vector<StudiedStrike>& strikes,
-                          const std::vector<ModelStrike>& model, const HeardBody& body,
+                          const std::vector<ModelStrike>& model, const HeardObject& object,
                           const synth::damping::DampingModel& damping,
                           const std::vector<double>& factors, const StudyOptions& options) {
   ModelVariant variant{
       .name = name, .frequencies_alone = false, .scales = factors, .peaks = {}, .modes = {}};
   std::vector<recorded::RecordedTones> tones;
   for (std::size_t i = 0; i < strikes.size(); ++i) {
-    const auto frequencies = lowest_modes(body.modes, options.peaks, factors[i]);
+    const auto frequencies = lowest_modes(object.modes, options.peaks, factors[i]);
     std::vector<recorded::SpectralPeak> peaks =
         recorded::highest_peaks(strikes[i].spectrum, frequencies.size(), options.min_frequency);
     variant.peaks.push_back(recorded::match_peaks(frequencies, peaks, options.widest));
     tones.push_back({strikes[i].set.features,
-                     heard(struck_by(body, model, i),
-                           body.specific_modulus * factors[i] * factors[i], damping, options)
+                     heard(struck_by(object, model, i),
+                           object.specific_modulus * factors[i] * factors[i], damping, options)
                          .tones});
   }
   recorded::RecordedOptions how;
@@ -76,7 +76,7 @@ ModelVariant make_variant(const std::string& name, const std::vector<StudiedStri
   how.min_level = options.min_level;
   variant.modes = recorded::compare_recorded(tones, how);
   const auto scaled = [](double factor) { return factor != 1; };
-  if (body.pressure && std::any_of(factors.begin(), factors.end(), scaled)) {
+  if (object.pressure && std::any_of(factors.begin(), factors.end(), scaled)) {
     variant.frequencies_alone = true;
     leave_frequencies(variant.modes);
   }
@@ -84,21 +84,21 @@ ModelVariant make_variant(const std::string& name, const std::vector<StudiedStri
 }
 
 /// Decay rate by radiation of the mode nearest to a frequency [1/s].
-double radiated_near(const HeardBody& body, double frequency) {
-  if (body.radiated.empty()) return 0;
+double radiated_near(const HeardObject& object, double frequency) {
+  if (object.radiated.empty()) return 0;
   std::size_t nearest = 0;
-  for (std::size_t i = 1; i < body.modes.size(); ++i) {
-    if (std::abs(body.modes.frequency(i) - frequency) <
-        std::abs(body.modes.frequency(nearest) - frequency)) {
+  for (std::size_t i = 1; i < object.modes.size(); ++i) {
+    if (std::abs(object.modes.frequency(i) - frequency) <
+        std::abs(object.modes.frequency(nearest) - frequency)) {
       nearest = i;
     }
   }
-  return body.radiated[nearest];
+  return object.radiated[nearest];
 }
 
 /// Damping of the material at the recorded modes that have a partner.
 damping::DampingData matched_damping(const std::vector<StudiedStrike>& strikes,
-                                     const HeardBody& body,
+                                     const HeardObject& object,
                                      const recorded::RecordedComparison& comparison,
                                      std::size_t& radiating) {
   damping::DampingData data;
@@ -106,7 +106,7 @@ damping::DampingData matched_damping(const std::vector<StudiedStrike>& strikes,
     for (const perception::MatchedMode& pair : comparison.strikes[i].matched) {
       const features::Feature& mode = strikes[i].set.features[pair.reference];
       const features::Feature& partner = comparison.synthetic[i][pair.other];
-      const double rate = mode.decay_rate - radiated_near(body, partner.frequency);
+      const double rate = mode.decay_rate - radiated_near(object, partner.frequency);
       if (mode.reverberant || !(rate > 0)) {
         ++radiating;
         continue;
@@ -119,7 +119,7 @@ damping::DampingData matched_damping(const std::vector<StudiedStrike>& strikes,
 }
 
 /// What a user should know of the modulus that was found.
-void remark_on_modulus(const std::vector<StudiedStrike>& strikes, const HeardBody& fitted,
+void remark_on_modulus(const std::vector<StudiedStrike>& strikes, const HeardObject& fitted,
                        StudyFit& fit) {
   const double modulus = fitted.specific_modulus;
   for (std::size_t i = 0; i < strikes.size(); ++i) {
@@ -198,7 +198,7 @@ StudiedStrike study_strike(const ImpactFolder& folder, const RecordedStrike& str
 std::vector<StudiedStrike> study_strikes(const ImpactFolder& folder,
                                          const std::vector<RecordedStrike>& rows,
                                          const StudyOptions& options,
-                                         std::vector<ModelStrike>& model, HeardBody& given,
+                                         std::vector<ModelStrike>& model, HeardObject& given,
                                          std::vector<std::string>& remarks) {
   std::vector<StudiedStrike> strikes;
   std::vector<std::size_t> kept;
@@ -222,8 +222,8 @@ std::vector<StudiedStrike> study_strikes(const ImpactFolder& folder,
 }
 
 StudyFit fit_material(const std::vector<StudiedStrike>& strikes,
-                      const std::vector<ModelStrike>& model, const HeardBody& given,
-                      HeardBody& fitted, const StudyOptions& options,
+                      const std::vector<ModelStrike>& model, const HeardObject& given,
+                      HeardObject& fitted, const StudyOptions& options,
                       const std::filesystem::path& cache) {
   material::MaterialOptions material;
   material.law = options.law;
@@ -246,7 +246,8 @@ StudyFit fit_material(const std::vector<StudiedStrike>& strikes,
     fit.joint = material::estimate_jointly(recordings, material);
     const double found = fit.joint.candidate.specific_modulus;
     const bool settled = std::abs(std::log(found / fitted.specific_modulus)) < 0.01;
-    fitted = hear_body(given.modes, given.specific_modulus, found, model, options.radiation, cache);
+    fitted =
+        hear_object(given.modes, given.specific_modulus, found, model, options.radiation, cache);
     if (settled || !options.radiation) break;
   }
   fit.remarks = fit.joint.remarks;
@@ -278,9 +279,9 @@ StudyFit fit_material(const std::vector<StudiedStrike>& strikes,
 
 std::vector<ModelVariant> compare_variants(const std::vector<StudiedStrike>& strikes,
                                            const std::vector<ModelStrike>& model,
-                                           const HeardBody& given,
+                                           const HeardObject& given,
                                            const synth::damping::DampingModel& damping,
-                                           const HeardBody* fitted, const StudyFit* fit,
+                                           const HeardObject* fitted, const StudyFit* fit,
                                            const StudyOptions& options) {
   const std::vector<double> ones(strikes.size(), 1.0);
   std::vector<ModelVariant> variants = {

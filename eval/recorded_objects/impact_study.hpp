@@ -9,7 +9,7 @@
 #include "eval/material/joint_estimate.hpp"
 #include "eval/recorded/compare_recorded.hpp"
 #include "eval/recorded/peak_match.hpp"
-#include "eval/recorded_objects/heard_body.hpp"
+#include "eval/recorded_objects/heard_object.hpp"
 #include "eval/recorded_objects/listener_choice.hpp"
 
 namespace carillon::eval::recorded_objects {
@@ -24,8 +24,8 @@ struct StudyOptions {
   double skip = 1e-3;          ///< left out after the first sound has come, by modal features [s]
   double min_frequency = 20;   ///< of peaks and modal features [Hz]
   double max_frequency = 20000;
-  /// The fitted specific modulus lies within this factor of the one given: a body whose modes lie
-  /// densely fits wrong ones, too.
+  /// The fitted specific modulus lies within this factor of the one given: an object whose modes
+  /// lie densely fits wrong ones, too.
   double modulus_range = 3;
   bool radiation = true;
   damping::DampingLaw law;  ///< of the fit
@@ -71,16 +71,16 @@ struct StudyFit {
 std::vector<StudiedStrike> study_strikes(const ImpactFolder& folder,
                                          const std::vector<RecordedStrike>& rows,
                                          const StudyOptions& options,
-                                         std::vector<ModelStrike>& model, HeardBody& given,
+                                         std::vector<ModelStrike>& model, HeardObject& given,
                                          std::vector<std::string>& remarks);
 
-/// Specific modulus and damping from all strikes, with the body as the fitted material radiates.
-/// @param given  the body with the material it is taken to be of
-/// @param fitted  becomes the body with the specific modulus found
+/// Specific modulus and damping from all strikes, with the object as the fitted material radiates.
+/// @param given  the object with the material it is taken to be of
+/// @param fitted  becomes the object with the specific modulus found
 /// @throws InputError  no recording that a material can be estimated from
 StudyFit fit_material(const std::vector<StudiedStrike>& strikes,
-                      const std::vector<ModelStrike>& model, const HeardBody& given,
-                      HeardBody& fitted, const StudyOptions& options,
+                      const std::vector<ModelStrike>& model, const HeardObject& given,
+                      HeardObject& fitted, const StudyOptions& options,
                       const std::filesystem::path& cache);
 
 /// The model beside the recordings: as given, with each strike's lowest mode scaled to the highest
@@ -90,9 +90,9 @@ StudyFit fit_material(const std::vector<StudiedStrike>& strikes,
 /// @param damping  of the material given
 std::vector<ModelVariant> compare_variants(const std::vector<StudiedStrike>& strikes,
                                            const std::vector<ModelStrike>& model,
-                                           const HeardBody& given,
+                                           const HeardObject& given,
                                            const synth::damping::DampingModel& damping,
-                                           const HeardBody* fitted, const StudyFit* fit,
+                                           const HeardObject* fitted, const StudyFit* fit,
                                            const StudyOptions& options);
 
 }  // namespace carillon::eval::recorded_objects

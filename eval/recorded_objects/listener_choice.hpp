@@ -10,7 +10,7 @@
 
 namespace carillon::eval::recorded_objects {
 
-/// Which microphone is compared, the same way for every vertex: the one nearest to the body of
+/// Which microphone is compared, the same way for every vertex: the one nearest to the object of
 /// those that are not ruled out.
 struct ListenerChoice {
   std::optional<std::uint64_t> number;  ///< among the rows of a vertex, from 0

@@ -54,7 +54,7 @@ std::vector<std::size_t> read_sounds(ConfigNode& node, const EvaluatedDatasets& 
     node.fail("sound_counts", "the same number stands here twice");
   }
   for (const Condition& condition : datasets.conditions()) {
-    const std::size_t most = condition.build->config.scene.strikes_per_body();
+    const std::size_t most = condition.build->config.scene.strikes_per_object();
     if (sounds.back() <= most) continue;
     node.fail("sound_counts",
               fmt::format("{} sounds cannot be drawn of {}, the strikes of each body",
@@ -96,7 +96,7 @@ std::vector<TrueMaterial> true_materials(const Condition& condition, const Confi
   std::vector<TrueMaterial> materials;
   for (const dataset::configuration::ObjectSource& source : condition.build->config.objects) {
     if (source.object.groups.empty()) continue;
-    node.fail("", fmt::format("the bodies of {} have several materials each: whose damping would "
+    node.fail("", fmt::format("the objects of {} have several materials each: whose damping would "
                               "their sounds show?",
                               source.object.name));
   }
@@ -142,7 +142,7 @@ DampingValidation read_damping_config(ConfigNode& node, const EvaluatedDatasets&
   }
   validation.sounds = read_sounds(node, datasets);
   validation.draws = static_cast<int>(node.integer("draws", 1, 100000, 30));
-  validation.from = read_names(node, "draws_from", {"body", "material"}, {"body", "material"});
+  validation.from = read_names(node, "draws_from", {"object", "material"}, {"object", "material"});
   validation.seed = static_cast<std::uint64_t>(
       node.integer("seed", 0, std::numeric_limits<std::int64_t>::max(), 0));
   ConfigNode features = node.child("features");

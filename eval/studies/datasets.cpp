@@ -33,7 +33,7 @@ learning::RecordingsSpec read_recordings(core::ConfigNode node, const std::strin
   }
   if (node.has("table")) spec.table = core::path_beside(config, node.text("table"));
   if (node.has("names")) spec.names = node.text("names");
-  spec.body = node.text("body_column", "");
+  spec.object = node.text("object_column", "");
   spec.strike = node.text("strike_column", "");
   spec.seconds = bounded(node, "seconds", core::Dimension::time, spec.seconds, 0.01, 60);
   spec.sample_rate =

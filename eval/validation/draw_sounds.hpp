@@ -7,11 +7,11 @@
 
 namespace carillon::eval::validation {
 
-/// Sounds for one fit: a body is drawn from those that have enough of them, and of it `count`
+/// Sounds for one fit: an object is drawn from those that have enough of them, and of it `count`
 /// different sounds.
-/// @param bodies  sounds of each body, by any numbers
-/// @return in the order they were drawn; empty where no body has so many
-std::vector<std::size_t> draw_sounds(const std::vector<std::vector<std::size_t>>& bodies,
+/// @param objects  sounds of each object, by any numbers
+/// @return in the order they were drawn; empty where no object has so many
+std::vector<std::size_t> draw_sounds(const std::vector<std::vector<std::size_t>>& objects,
                                      std::size_t count, core::RandomStream& random);
 
 }  // namespace carillon::eval::validation

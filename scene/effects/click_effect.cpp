@@ -18,36 +18,37 @@ namespace carillon::scene {
 
 namespace {
 
-/// A body that jumps, and which of its listeners hear that.
+/// An object that jumps, and which of its listeners hear that.
 struct Jumping {
   synth::contact::RigidSource source;
   std::vector<bool> heard;
   std::int64_t left_out = 0;  ///< listeners too near for what a sphere says of a click
 };
-/// Of the bodies seen so far.
-using Bodies = std::map<std::string, Jumping>;
+/// Of the objects seen so far.
+using Objects = std::map<std::string, Jumping>;
 
 /// @param wanted  the click was asked for by hand: where it cannot be is an error, later on
-Jumping look_at(const RingingBody& body, bool wanted) {
+Jumping look_at(const RingingObject& object, bool wanted) {
   Jumping jumping;
-  jumping.source = synth::contact::rigid_source(body.modes->surface, body.modes->mass);
-  for (const synth::modal::Listener& listener : body.listeners) {
+  jumping.source = synth::contact::rigid_source(object.modes->surface, object.modes->mass);
+  for (const synth::modal::Listener& listener : object.listeners) {
     const bool heard = wanted || synth::contact::hears_click(jumping.source, listener.position);
     jumping.heard.push_back(heard);
     if (!heard) ++jumping.left_out;
   }
   if (jumping.left_out > 0) {
     spdlog::warn(
-        "{}: no click at {} of {} listeners, less than {:.3g} m from the body's centre (inside the "
+        "{}: no click at {} of {} listeners, less than {:.3g} m from the object's centre (inside "
+        "the "
         "sphere that stands for it)",
-        body.id, jumping.left_out, body.listeners.size(), jumping.source.radii.maxCoeff());
+        object.id, jumping.left_out, object.listeners.size(), jumping.source.radii.maxCoeff());
   }
   return jumping;
 }
 
-void add_click(Sound& sound, const Bodies& bodies) {
-  const RingingBody& body = *sound.body;
-  const Jumping& jumping = bodies.at(body.id);
+void add_click(Sound& sound, const Objects& objects) {
+  const RingingObject& object = *sound.object;
+  const Jumping& jumping = objects.at(object.id);
   double peak = 0;
   for (std::size_t r = 0; r < sound.rows; ++r) {
     if (!jumping.heard[r]) continue;
@@ -55,7 +56,7 @@ void add_click(Sound& sound, const Bodies& bodies) {
     for (const double strike : sound.strikes) {
       const std::vector<float> click = synth::contact::acceleration_click(
           jumping.source, sound.strike.impulse * sound.strike.direction, sound.strike.force,
-          body.listeners[r].position, sound.sample_rate, row.size(), strike);
+          object.listeners[r].position, sound.sample_rate, row.size(), strike);
       for (std::size_t n = 0; n < row.size(); ++n) row[n] += click[n];
       peak = std::max(peak, core::peak(std::span(click).first(row.size())));
     }
@@ -76,7 +77,7 @@ SceneEffect read(core::ConfigNode& root, const Scene& scene) {
   if (const std::string why = scene.unheard(); !why.empty()) {
     effect.reason_off = why;
   } else if (held) {
-    effect.reason_off = fmt::format("the body is held ({})", node.where("held"));
+    effect.reason_off = fmt::format("the object is held ({})", node.where("held"));
   } else if (baffled && !wanted) {
     effect.reason_off =
         fmt::format("the sheet sits in a baffle: radiation.model ({})", radiation.where("model"));
@@ -86,12 +87,12 @@ SceneEffect read(core::ConfigNode& root, const Scene& scene) {
   effect.seconds_per_sound = 6e-5;
   if (root.has("motion")) return effect;  // the motion's sound has the clicks of its strikes
   effect.start = [wanted](const std::filesystem::path&) {
-    const auto bodies = std::make_shared<Bodies>();
+    const auto objects = std::make_shared<Objects>();
     EffectParts parts;
-    parts.body = [wanted, bodies](RingingBody& body) {
-      (*bodies)[body.id] = look_at(body, wanted);
+    parts.object = [wanted, objects](RingingObject& object) {
+      (*objects)[object.id] = look_at(object, wanted);
     };
-    parts.audio = [bodies](Sound& sound) { add_click(sound, *bodies); };
+    parts.audio = [objects](Sound& sound) { add_click(sound, *objects); };
     return parts;
   };
   return effect;
@@ -101,7 +102,7 @@ SceneEffect read(core::ConfigNode& root, const Scene& scene) {
 
 const Effect click_effect = {
     .name = "click",
-    .description = "sound of the struck body's jump as a rigid whole (acceleration noise)",
+    .description = "sound of the struck object's jump as a rigid whole (acceleration noise)",
     .key = "click",
     .stage = "audio",
     .read = read};

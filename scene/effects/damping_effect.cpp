@@ -7,9 +7,9 @@
 #include <memory>
 
 #include "core/error.hpp"
-#include "scene/body.hpp"
 #include "scene/effects/detail/list.hpp"
 #include "scene/scene.hpp"
+#include "scene/solved_object.hpp"
 #include "synth/damping/damping.hpp"
 
 namespace carillon::scene {
@@ -19,39 +19,39 @@ namespace {
 /// What becomes of modes that a model would let grow.
 enum class Negative { error, clamp, drop };
 
-/// Modes with negative damping of the bodies that have some, by the body's id.
+/// Modes with negative damping of the objects that have some, by the object's id.
 struct Negatives {
-  struct Body {
+  struct Object {
     std::vector<std::size_t> modes;
     double low, high;  ///< [Hz] of those modes
   };
-  std::map<std::string, Body> bodies;
+  std::map<std::string, Object> objects;
 };
 
-void set_decay_rates(RingingBody& body, Negative choice, Negatives& negatives) {
-  const std::vector<synth::damping::DampingModel> models = damping_of(*body.materials);
-  const solvers::modes::Modes& modes = *body.modes;
+void set_decay_rates(RingingObject& object, Negative choice, Negatives& negatives) {
+  const std::vector<synth::damping::DampingModel> models = damping_of(*object.materials);
+  const solvers::modes::Modes& modes = *object.modes;
   try {
     if (choice == Negative::error) {
-      body.decay_rates = synth::damping::decay_rates(modes, models);
+      object.decay_rates = synth::damping::decay_rates(modes, models);
       return;
     }
     synth::damping::DecayRates rates = synth::damping::clamped_decay_rates(modes, models);
-    body.decay_rates = std::move(rates.values);
-    negatives.bodies.erase(body.id);
+    object.decay_rates = std::move(rates.values);
+    negatives.objects.erase(object.id);
     if (rates.negative.empty()) return;
     const double low = modes.frequency(rates.negative.front());
     const double high = modes.frequency(rates.negative.back());
-    negatives.bodies[body.id] = {std::move(rates.negative), low, high};
+    negatives.objects[object.id] = {std::move(rates.negative), low, high};
   } catch (const core::InputError& error) {
-    throw core::InputError(fmt::format("{}: {}", body.id, error.message()), error.hint());
+    throw core::InputError(fmt::format("{}: {}", object.id, error.message()), error.hint());
   }
 }
 
 /// Leaves modes out where that was chosen, and records how many there were and where.
 void treat_negatives(Sound& sound, Negative choice, const Negatives& negatives) {
-  const auto found = negatives.bodies.find(sound.body->id);
-  const bool any = found != negatives.bodies.end();
+  const auto found = negatives.objects.find(sound.object->id);
+  const bool any = found != negatives.objects.end();
   if (any && choice == Negative::drop) synth::modal::leave_out(sound.rings, found->second.modes);
   if (sound.record == nullptr) return;
   constexpr double none = std::numeric_limits<double>::quiet_NaN();
@@ -64,8 +64,8 @@ void treat_negatives(Sound& sound, Negative choice, const Negatives& negatives) 
 EffectParts start_damping(Negative choice) {
   auto negatives = std::make_shared<Negatives>();
   EffectParts parts;
-  parts.body = [choice, negatives](RingingBody& body) {
-    set_decay_rates(body, choice, *negatives);
+  parts.object = [choice, negatives](RingingObject& object) {
+    set_decay_rates(object, choice, *negatives);
   };
   // As an error there is nothing left to treat.
   if (choice != Negative::error) {
@@ -96,7 +96,7 @@ SceneEffect read_damping(core::ConfigNode& root, const Scene& scene) {
       effect.asked_by = fmt::format("{}, {}", scene.materials_place, effect.asked_by);
     }
   }
-  // Found once for a body: nothing that counts is left to a sound.
+  // Found once for an object: nothing that counts is left to a sound.
   effect.seconds_per_sound = 0;
   effect.start = [choice](const std::filesystem::path&) { return start_damping(choice); };
   return effect;
@@ -107,7 +107,7 @@ SceneEffect read_damping(core::ConfigNode& root, const Scene& scene) {
 const Effect damping_effect = {.name = "damping",
                                .description = "decay rate of every mode from its materials' models",
                                .key = "damping",
-                               .stage = "body",
+                               .stage = "object",
                                .read = read_damping};
 
 }  // namespace carillon::scene

@@ -18,25 +18,25 @@ namespace {
 struct RadiationConfig {
   std::string model;
   std::string doubtful;
-  bool damping = true;  ///< what is radiated is lost to the body
+  bool damping = true;  ///< what is radiated is lost to the object
   synth::radiation::EquivalentSourcesOptions sources;
 };
 
-/// What a body's fit came to, recorded with each of its sounds.
+/// What an object's fit came to, recorded with each of its sounds.
 struct FitFindings {
   double largest_residual = 0;
   double largest_decay_rate = 0;  ///< by radiation, of a mode [1/s]
   std::int64_t doubtful_modes = 0;
 };
 
-/// Estimated seconds for the fit of one body (docs/sound/radiation.md).
+/// Estimated seconds for the fit of one object (docs/sound/radiation.md).
 constexpr double kSecondsPerFit = 2;
 
 FitFindings radiate(const RadiationConfig& config, const std::filesystem::path& cache,
-                    RingingBody& body) {
+                    RingingObject& object) {
   FitFindings findings;
   synth::radiation::EquivalentSources fit =
-      synth::radiation::cached_equivalent_sources(*body.modes, config.sources, cache);
+      synth::radiation::cached_equivalent_sources(*object.modes, config.sources, cache);
   for (std::size_t mode = 0; mode < fit.residuals.size(); ++mode) {
     findings.largest_residual = std::max(findings.largest_residual, fit.residuals[mode]);
     if (fit.residuals[mode] <= synth::radiation::kResidualLimit) continue;
@@ -49,7 +49,7 @@ FitFindings radiate(const RadiationConfig& config, const std::filesystem::path& 
     const std::string message = fmt::format(
         "{}: equivalent sources leave more than {:.0f} % of the normal velocity of {} of {} modes "
         "(worst {:.0f} %)",
-        body.id, 100 * synth::radiation::kResidualLimit, findings.doubtful_modes,
+        object.id, 100 * synth::radiation::kResidualLimit, findings.doubtful_modes,
         fit.residuals.size(), 100 * findings.largest_residual);
     if (config.doubtful == "stop") {
       throw core::InputError(message, "raise radiation.max_sources or lower modes.max_frequency");
@@ -58,33 +58,35 @@ FitFindings radiate(const RadiationConfig& config, const std::filesystem::path& 
   }
   for (std::size_t mode = 0; config.damping && mode < fit.decay_rates.size(); ++mode) {
     findings.largest_decay_rate = std::max(findings.largest_decay_rate, fit.decay_rates[mode]);
-    body.decay_rates[mode] += fit.decay_rates[mode];
+    object.decay_rates[mode] += fit.decay_rates[mode];
   }
-  body.field = std::make_shared<const synth::radiation::SourceField>(std::move(fit));
-  body.pressure = synth::radiation::pressure_readout(body.field->pressure_at(body.listeners),
-                                                     *body.modes, body.decay_rates);
+  object.field = std::make_shared<const synth::radiation::SourceField>(std::move(fit));
+  object.pressure = synth::radiation::pressure_readout(object.field->pressure_at(object.listeners),
+                                                       *object.modes, object.decay_rates);
   return findings;
 }
 
 EffectParts start(const RadiationConfig& config, const std::filesystem::path& cache) {
   EffectParts parts;
   if (config.model == "monopole") {
-    parts.body = [](RingingBody& body) {
-      body.pressure = synth::modal::monopole(*body.modes, body.listeners);
+    parts.object = [](RingingObject& object) {
+      object.pressure = synth::modal::monopole(*object.modes, object.listeners);
     };
   } else if (config.model == "rayleigh_integral") {
-    parts.body = [](RingingBody& body) {
-      body.pressure = synth::radiation::pressure_readout(
-          synth::radiation::rayleigh_pressure(*body.modes, body.listeners), *body.modes,
-          body.decay_rates);
+    parts.object = [](RingingObject& object) {
+      object.pressure = synth::radiation::pressure_readout(
+          synth::radiation::rayleigh_pressure(*object.modes, object.listeners), *object.modes,
+          object.decay_rates);
     };
   } else {
     const auto found = std::make_shared<std::map<std::string, FitFindings>>();
     const std::filesystem::path folder = cache.empty() ? cache : cache / "radiation";
-    parts.body = [=](RingingBody& body) { (*found)[body.id] = radiate(config, folder, body); };
+    parts.object = [=](RingingObject& object) {
+      (*found)[object.id] = radiate(config, folder, object);
+    };
     parts.rings = [=](Sound& sound) {
       if (sound.record == nullptr) return;
-      const FitFindings& findings = found->at(sound.body->id);
+      const FitFindings& findings = found->at(sound.object->id);
       sound.record->add("radiation_residual", findings.largest_residual);
       sound.record->add("radiation_doubtful_modes", findings.doubtful_modes);
       sound.record->add("radiation_decay_rate", findings.largest_decay_rate);
@@ -113,8 +115,8 @@ SceneEffect read(core::ConfigNode& root, const Scene& scene) {
   } else {
     effect.asked_by = "listeners: (" + root.where("listeners") + ")";
   }
-  // A fit serves all sounds and listeners of its body.
-  if (config.model == "equivalent_sources") effect.seconds_per_body = kSecondsPerFit;
+  // A fit serves all sounds and listeners of its object.
+  if (config.model == "equivalent_sources") effect.seconds_per_object = kSecondsPerFit;
   effect.start = [config](const std::filesystem::path& cache) { return start(config, cache); };
   return effect;
 }
@@ -124,7 +126,7 @@ SceneEffect read(core::ConfigNode& root, const Scene& scene) {
 const Effect radiation_effect = {.name = "radiation",
                                  .description = "sound pressure at listeners",
                                  .key = "radiation",
-                                 .stage = "body",
+                                 .stage = "object",
                                  .read = read};
 
 }  // namespace carillon::scene

@@ -23,7 +23,7 @@ SceneEffect read(core::ConfigNode& root, const Scene& scene) {
                                                  cache.empty() ? cache : cache / "rooms");
     EffectParts parts;
     parts.audio = [room, spectra](Sound& sound) {
-      const auto listeners = relative_listeners(*sound.body);
+      const auto listeners = relative_listeners(*sound.object);
       const Room place = room_of(room, sound, listeners);
       if (sound.record != nullptr) record_room(*sound.record, room, place);
       sound.direct = sound.audio;

@@ -122,7 +122,7 @@ Strikers read_strikers(core::ConfigNode& root) {
       node.fail("speed", "is 0: nothing is struck", "give a speed above 0");
     }
     strikers.held = node.flag("held", false);
-    strikers.curved = node.choice("curvature", {"flat", "body"}, "flat") == "body";
+    strikers.curved = node.choice("curvature", {"flat", "object"}, "flat") == "object";
     strikers.hertz = node.choice("pulse", {"cosine", "hertz"}, "cosine") == "hertz";
   }
   if (burst) {
@@ -140,14 +140,14 @@ double draw_speed(const core::Range& range, core::RandomStream& random) {
   return random.uniform(range.low, range.high);
 }
 
-/// The body as the striker meets it. Faces do not know their region: of several materials the most
-/// compliant is met.
+/// The object as the striker meets it. Faces do not know their region: of several materials the
+/// most compliant is met.
 synth::contact::StruckBody struck_body(const Sound& sound, const Strikers& strikers) {
-  const RingingBody& body = *sound.body;
+  const RingingObject& object = *sound.object;
   synth::contact::StruckBody struck;
-  struck.mass = strikers.held ? std::numeric_limits<double>::infinity() : body.modes->mass;
+  struck.mass = strikers.held ? std::numeric_limits<double>::infinity() : object.modes->mass;
   double largest = -1;
-  for (const synth::material::Material& material : *body.materials) {
+  for (const synth::material::Material& material : *object.materials) {
     const double nu = material.elastic.poisson_ratio;
     const double compliance = (1 - nu * nu) / material.elastic.youngs_modulus;
     if (compliance <= largest) continue;
@@ -156,7 +156,7 @@ synth::contact::StruckBody struck_body(const Sound& sound, const Strikers& strik
     struck.poisson_ratio = nu;
   }
   if (strikers.curved) {
-    struck.curvature = synth::contact::mean_curvature(body.modes->surface, sound.strike.point);
+    struck.curvature = synth::contact::mean_curvature(object.modes->surface, sound.strike.point);
   }
   return struck;
 }

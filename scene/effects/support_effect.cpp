@@ -26,11 +26,11 @@ constexpr double kDiagonalSeconds = 2e-5;
 /// estimate of the diagonal answer's error n^2 times this.
 constexpr double kCoupledSeconds = 2e-8;
 constexpr double kEstimateSeconds = 3e-8;
-/// Bodies whose contacts are kept ready.
-constexpr std::size_t kBodies = 32;
+/// Objects whose contacts are kept ready.
+constexpr std::size_t kObjects = 32;
 
-/// What is known of a body before a sound.
-struct HeldBody {
+/// What is known of an object before a sound.
+struct HeldObject {
   HeldPlaces places;
   // The last answer, and for which decay rates it is.
   std::vector<double> decay_rates;
@@ -44,17 +44,17 @@ class Supports {
  public:
   explicit Supports(SupportsConfig config) : config_(std::move(config)) {}
 
-  void prepare(const RingingBody& body) {
-    if (bodies_.size() >= kBodies) bodies_.clear();
-    HeldBody held;
-    held.places = find_places(body, config_);
-    bodies_.insert_or_assign(body.id, std::move(held));
+  void prepare(const RingingObject& object) {
+    if (objects_.size() >= kObjects) objects_.clear();
+    HeldObject held;
+    held.places = find_places(object, config_);
+    objects_.insert_or_assign(object.id, std::move(held));
   }
 
   void hold(Sound& sound) {
-    const RingingBody& body = *sound.body;
-    if (!bodies_.contains(body.id)) prepare(body);
-    HeldBody& held = bodies_.at(body.id);
+    const RingingObject& object = *sound.object;
+    if (!objects_.contains(object.id)) prepare(object);
+    HeldObject& held = objects_.at(object.id);
     const std::vector<Press> presses = press(held.places, config_, sound);
     std::vector<double> diagonal = sound.rings.decay_rates;
     for (const Press& p : presses) {
@@ -69,15 +69,15 @@ class Supports {
 
  private:
   /// Whether the last answer does not serve this sound; it is then the one to be found.
-  bool renew(HeldBody& held, const Sound& sound) const {
+  bool renew(HeldObject& held, const Sound& sound) const {
     if (held.solved && config_.fixed() && held.decay_rates == sound.rings.decay_rates) return false;
     held.decay_rates = sound.rings.decay_rates;
     held.solved = true;
     return true;
   }
 
-  /// Turns the modes into the coupled body's oscillators; false where the diagonal answer stays.
-  bool couple(Sound& sound, HeldBody& held, const std::vector<Press>& presses,
+  /// Turns the modes into the coupled object's oscillators; false where the diagonal answer stays.
+  bool couple(Sound& sound, HeldObject& held, const std::vector<Press>& presses,
               const std::vector<double>& diagonal) const {
     synth::modal::RingDown& rings = sound.rings;
     if (renew(held, sound)) {
@@ -94,7 +94,8 @@ class Supports {
     if (!coupled && !held.warned) {
       held.warned = true;
       spdlog::warn(
-          "{}: supports do not couple its modes: {}; the diagonal damping is taken", sound.body->id,
+          "{}: supports do not couple its modes: {}; the diagonal damping is taken",
+          sound.object->id,
           held.places.rigid ? "their eigenvectors are dependent" : "it has several pieces");
     }
     if (sound.record != nullptr) {
@@ -109,7 +110,7 @@ class Supports {
   }
 
   /// Records about how far the diagonal answer is off.
-  void estimate(Sound& sound, HeldBody& held, const std::vector<Press>& presses,
+  void estimate(Sound& sound, HeldObject& held, const std::vector<Press>& presses,
                 const std::vector<double>& diagonal) const {
     if (sound.record == nullptr) return;
     if (renew(held, sound)) {
@@ -156,7 +157,7 @@ class Supports {
   }
 
   SupportsConfig config_;
-  std::map<std::string, HeldBody> bodies_;
+  std::map<std::string, HeldObject> objects_;
 };
 
 SceneEffect read(core::ConfigNode& root, const Scene&) {
@@ -179,7 +180,7 @@ SceneEffect read(core::ConfigNode& root, const Scene&) {
   effect.start = [config = std::move(config)](const std::filesystem::path&) {
     const auto supports = std::make_shared<Supports>(config);
     EffectParts parts;
-    parts.body = [supports](RingingBody& body) { supports->prepare(body); };
+    parts.object = [supports](RingingObject& object) { supports->prepare(object); };
     parts.rings = [supports](Sound& sound) { supports->hold(sound); };
     return parts;
   };

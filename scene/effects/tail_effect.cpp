@@ -11,7 +11,7 @@ namespace carillon::scene {
 namespace {
 
 /// Why no tail of the scene's rooms is heard; empty when one may be. Judged by the smallest and the
-/// largest room, with the body in the middle and at the edges of its places.
+/// largest room, with the object in the middle and at the edges of its places.
 std::string why_silent(const RoomScene& room, const Scene& scene) {
   std::vector<Vec3> listeners;
   for (const synth::modal::Listener& listener : scene.listeners)
@@ -60,9 +60,9 @@ SceneEffect read(core::ConfigNode& root, const Scene& scene) {
                                                  cache.empty() ? cache : cache / "rooms");
     EffectParts parts;
     parts.audio = [room, spectra](Sound& sound) {
-      const auto listeners = relative_listeners(*sound.body);
+      const auto listeners = relative_listeners(*sound.object);
       const Room place = room_of(room, sound, listeners);
-      // Reverberation is made of what the body radiates, not of its early reflections.
+      // Reverberation is made of what the object radiates, not of its early reflections.
       const bool alone = sound.direct.empty();
       if (alone && sound.record != nullptr) record_room(*sound.record, room, place);
       std::vector<double> levels;

@@ -99,7 +99,7 @@ def _task(found, line):
 
 
 def _accuracy(found, document):
-    """True errors of every level, how well they were estimated, seconds of each body's levels."""
+    """True errors of every level, how well they were estimated, seconds of each object's levels."""
     failures = 0
     for body in document["objects"]:
         name, ratios = body["name"], []

@@ -21,7 +21,7 @@ namespace {
       fmt::format("element {} near ({:.4g}, {:.4g}, {:.4g}) m is turned inside out or flat: its "
                   "Jacobian is not positive",
                   e, middle[0], middle[1], middle[2]),
-      "straighten its curved sides, or mesh the body again with another element size");
+      "straighten its curved sides, or mesh the object again with another element size");
 }
 
 }  // namespace

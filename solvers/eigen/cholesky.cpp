@@ -43,7 +43,7 @@ class Common {
     if (common_.status == CHOLMOD_OUT_OF_MEMORY || common_.status == CHOLMOD_TOO_LARGE) {
       throw core::MemoryError(
           "out of memory: " + message,
-          "the body needs more memory: use a coarser mesh, more ranks or the iterative solver");
+          "the object needs more memory: use a coarser mesh, more ranks or the iterative solver");
     }
     throw core::SolverError(message);
   }

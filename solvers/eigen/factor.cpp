@@ -138,7 +138,7 @@ MatHandle shifted_matrix(const assembly::System& system, double shift, bool defi
     throw core::SolverError(
         fmt::format("{} matrix entries on one rank are more than PETSc can count",
                     system.stiffness.size()),
-        "use more ranks for this body, or a coarser mesh");
+        "use more ranks for this object, or a coarser mesh");
   }
   std::vector<PetscInt> first = {0}, column(system.stiffness.size());
   std::vector<double> values(system.stiffness);

@@ -100,7 +100,7 @@ void refuse_mechanism(const EigenPairs& pairs, std::int64_t rigid, double estima
                                    [estimate](double v) { return v < 1e-9 * estimate; });
   if (zeros <= rigid) return;
   throw core::SolverError(
-      fmt::format("the body has {} motions without strain beside the {} rigid ones: parts of it "
+      fmt::format("the object has {} motions without strain beside the {} rigid ones: parts of it "
                   "hang together by a single point or edge",
                   zeros - rigid, rigid),
       "join the parts by a face, or separate them");

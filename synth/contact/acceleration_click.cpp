@@ -73,7 +73,7 @@ void check(const RigidSource& source, const Vec3& impulse, const modal::ContactF
   if (!(source.mass > 0) || !std::isfinite(source.mass) || !(source.radii.minCoeff() > 0) ||
       !source.radii.allFinite()) {
     throw core::InputError(
-        fmt::format("click: a body of {} kg and equivalent radii {}, {}, {} m is not physical",
+        fmt::format("click: an object of {} kg and equivalent radii {}, {}, {} m is not physical",
                     source.mass, source.radii[0], source.radii[1], source.radii[2]));
   }
   modal::check(force);
@@ -83,10 +83,10 @@ void check(const RigidSource& source, const Vec3& impulse, const modal::ContactF
   }
   if (!hears_click(source, listener)) {
     throw core::InputError(
-        fmt::format("click: the listener is {:.4g} m from the body's centre, inside the sphere of "
+        fmt::format("click: the listener is {:.4g} m from the object's centre, inside the sphere of "
                     "{:.4g} m that stands for it",
                     (listener - source.centre).norm(), source.radii.maxCoeff()),
-        "move the listener away from the body, or leave effects.click on auto or off");
+        "move the listener away from the object, or leave effects.click on auto or off");
   }
 }
 
@@ -102,7 +102,7 @@ Vec3 surface_ellipsoid(const solvers::modes::ModeSurface& surface, Eigen::Matrix
     area += own;
     moment += own * (a + b + c) / 3;
   }
-  if (!(area > 0)) throw core::InputError("click: the body has no outer surface");
+  if (!(area > 0)) throw core::InputError("click: the object has no outer surface");
   const Vec3 centre = moment / area;
   Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
   for (const surface::SurfaceTriangle& triangle : triangles) {
@@ -142,7 +142,7 @@ Vec3 equivalent_radii(const Vec3& semi_axes) {
 
 RigidSource rigid_source(const solvers::modes::ModeSurface& surface, double mass) {
   if (!(mass > 0) || !std::isfinite(mass)) {
-    throw core::InputError(fmt::format("click: the body's mass must be positive, not {} kg", mass));
+    throw core::InputError(fmt::format("click: the object's mass must be positive, not {} kg", mass));
   }
   RigidSource source;
   source.mass = mass;

@@ -119,11 +119,11 @@ double hertz_constant() {
 
 HertzContact hertz_contact(const Striker& striker, const StruckBody& body, double speed) {
   check_striker(striker);
-  positive(body.mass, "mass of the struck body");
-  positive(body.youngs_modulus, "Young's modulus of the struck body");
+  positive(body.mass, "mass of the struck object");
+  positive(body.youngs_modulus, "Young's modulus of the struck object");
   if (!(std::abs(body.poisson_ratio) <= 1) || !std::isfinite(body.curvature)) {
     throw core::InputError(
-        fmt::format("striker: the struck body's Poisson's ratio {} or curvature "
+        fmt::format("striker: the struck object's Poisson's ratio {} or curvature "
                     "{} 1/m is not physical",
                     body.poisson_ratio, body.curvature));
   }

@@ -31,9 +31,9 @@ Readout monopole(const solvers::modes::Modes& modes, std::span<const Listener> l
     const double distance = (position - hull.centroid).norm();
     if (!(distance > hull.radius) || !std::isfinite(distance)) {
       throw core::InputError(
-          fmt::format("listener {} is {:.4g} m from the body's centre, which reaches {:.4g} m", row,
+          fmt::format("listener {} is {:.4g} m from the object's centre, which reaches {:.4g} m", row,
                       distance, hull.radius),
-          "move the listener away from the body; the far field holds some radii away");
+          "move the listener away from the object; the far field holds some radii away");
     }
     readout.acceleration.row(row) =
         (kAirDensity / (4 * std::numbers::pi * distance)) * volume_velocity.transpose();

@@ -58,7 +58,7 @@ SurfaceSampler::SurfaceSampler(const solvers::modes::ModeSurface& surface)
     cumulative_.push_back(total);
   }
   if (!(total > 0)) {
-    throw core::InputError("the body has no outer surface: no faces, or all of them look inward");
+    throw core::InputError("the object has no outer surface: no faces, or all of them look inward");
   }
 }
 

@@ -82,12 +82,12 @@ Sheet flat_sheet(const solvers::modes::ModeSurface& body, std::size_t triangles)
   if (!(extents[0].size() <= kSheetThickness * width) || !(unevenness <= kSheetFlatness * width) ||
       on_faces < 0.8 * surface.area) {
     throw core::InputError(
-        fmt::format("the body is not a flat sheet: {:.3g} m thick with any bulge and {:.3g} m wide "
+        fmt::format("the object is not a flat sheet: {:.3g} m thick with any bulge and {:.3g} m wide "
                     "(a sheet is at most {:.0f} % as thick as it is wide), faces flat to {:.3g} m "
                     "(at most {:.1f} % of the width)",
                     extents[0].size(), width, 100 * kSheetThickness, unevenness,
                     100 * kSheetFlatness),
-        "radiation: {model: equivalent_sources} takes bodies of any shape");
+        "radiation: {model: equivalent_sources} takes objects of any shape");
   }
   sheet.low = heights[0].low;
   sheet.high = heights[1].high;

@@ -74,7 +74,7 @@ void SourceField::check(std::size_t row, const Vec3& position) const {
   const bool inside = solvers::mesh::winding_number(sources_.outline, position) > 0.5;
   if (inside || !(distance >= sources_.nearest)) {
     throw core::InputError(
-        fmt::format("listener {} is {} the body, {:.4g} m {} its surface", row,
+        fmt::format("listener {} is {} the object, {:.4g} m {} its surface", row,
                     inside ? "inside" : "too near to", distance, inside ? "under" : "off"),
         fmt::format("equivalent sources are meant from {:.4g} m off the surface",
                     sources_.nearest));
@@ -115,7 +115,7 @@ ModalPressure SourceField::pressure_at(std::span<const modal::Listener> listener
         k = sources_.wavenumbers[mode];
         if (k * distances.head(count).maxCoeff() > kLargestPhase) {
           throw core::InputError(
-              fmt::format("a body of {:.4g} m is too large for waves of {:.3g} m",
+              fmt::format("an object of {:.4g} m is too large for waves of {:.3g} m",
                           distances.head(count).maxCoeff(), 2 * std::numbers::pi / k));
         }
         HWY_DYNAMIC_DISPATCH(add_waves)

@@ -62,7 +62,7 @@ void check_room(const Eigen::Vector3d& size, const Eigen::Vector3d& source,
   }
   if (!((source - listener).norm() > 0)) {
     throw InputError(fmt::format("source and listener are both at {}", place_text(source)),
-                     "move the listener away from the body");
+                     "move the listener away from the object");
   }
 }
 

@@ -66,7 +66,7 @@ void check_support(const SupportKind& kind) {
     throw core::InputError(
         fmt::format("support: the coefficient must be finite and not negative, not {} s/m",
                     kind.coefficient),
-        "a negative one would feed energy into the body");
+        "a negative one would feed energy into the object");
   }
   if (!finite_and_not_negative(kind.friction)) {
     throw core::InputError(

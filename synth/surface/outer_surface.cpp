@@ -130,7 +130,7 @@ Vec3 area_vector(const SurfaceTriangle& triangle) {
 OuterHull outer_hull(const solvers::modes::ModeSurface& surface) {
   const std::vector<bool> outer = outer_faces(surface);
   if (std::find(outer.begin(), outer.end(), true) == outer.end()) {
-    throw core::InputError("the body has no outer surface: no faces, or all of them look inward");
+    throw core::InputError("the object has no outer surface: no faces, or all of them look inward");
   }
   const int order = surface.order;
   const auto per_face = static_cast<Eigen::Index>(solvers::elements::nodes_per_face(order));

@@ -92,7 +92,7 @@ OuterTriangles outer_triangles(const solvers::modes::ModeSurface& surface, std::
   const std::vector<bool> outer = outer_faces(surface);
   const auto faces = static_cast<std::size_t>(std::count(outer.begin(), outer.end(), true));
   if (faces == 0) {
-    throw core::InputError("the body has no outer surface: no faces, or all of them look inward");
+    throw core::InputError("the object has no outer surface: no faces, or all of them look inward");
   }
   int cuts = 1;
   while (cuts < kMaxCuts && faces * static_cast<std::size_t>(cuts * cuts) < count) ++cuts;
@@ -144,7 +144,7 @@ OuterTriangles outer_triangles(const solvers::modes::ModeSurface& surface, std::
       }
     }
   }
-  if (!(cut.area > 0)) throw core::InputError("the body's outer surface has no area");
+  if (!(cut.area > 0)) throw core::InputError("the object's outer surface has no area");
   cut.flux_weights.resize(3 * static_cast<Eigen::Index>(surface.nodes.size()),
                           static_cast<Eigen::Index>(cut.size()));
   cut.flux_weights.setFromTriplets(weights.begin(), weights.end());

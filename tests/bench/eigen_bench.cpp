@@ -134,7 +134,7 @@ int main(int argc, char** argv) {
   try {
     const solvers::libraries::SolverEnvironment environment;
     fmt::print("{}; {} modes; processor seconds, one thread\n\n", bench::machine(), modes);
-    fmt::print("| body | unknowns | route | stage | s | peak MB |\n|---|---|---|---|---|---|\n");
+    fmt::print("| object | unknowns | route | stage | s | peak MB |\n|---|---|---|---|---|---|\n");
     std::vector<std::string> summary;
     for (const double size : sizes) {
       for (const auto& body : bench::bodies()) {
@@ -143,7 +143,7 @@ int main(int argc, char** argv) {
       }
     }
     fmt::print(
-        "\n| body | unknowns | assembly / solve | solve (order, factor, iterate) | count | "
+        "\n| object | unknowns | assembly / solve | solve (order, factor, iterate) | count | "
         "Krylov-Schur, MUMPS | ratio | difference | Spectra, SimplicialLDLT | ratio | difference "
         "|\n|---|---|---|---|---|---|---|---|---|---|---|\n");
     for (const auto& row : summary) fmt::print("{}\n", row);

@@ -132,7 +132,7 @@ void run(const std::vector<std::string>& names, double finer, int modes) {
     return m.name.starts_with("gpd_") || m.name.ends_with("_hybrid");
   });
   fmt::print(
-      "| body | unknowns | task | modes | solves | together s | each s | ratio | each nu s | ratio "
+      "| object | unknowns | task | modes | solves | together s | each s | ratio | each nu s | ratio "
       "| "
       "error cents | bound cents |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n");
   for (const auto& body : bodies()) {
@@ -172,7 +172,7 @@ int main(int argc, char** argv) {
   std::vector<std::string> names;
   double finer = 1;
   int modes = 60;
-  app.add_option("--body", names, "bowl, tile, block; all without");
+  app.add_option("--object", names, "bowl, tile, block; all without");
   app.add_option("--finer", finer, "factor on the meshes' fineness")->capture_default_str();
   app.add_option("--modes", modes, "modes of the comparison by equal counts")
       ->capture_default_str();

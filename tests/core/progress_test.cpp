@@ -12,7 +12,7 @@
 namespace carillon::core {
 namespace {
 
-/// What `body` writes to standard error while that is a terminal.
+/// What `object` writes to standard error while that is a terminal.
 template <class Body>
 std::string on_a_terminal(const Body& body) {
   int master = -1, slave = -1;

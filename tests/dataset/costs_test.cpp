@@ -26,24 +26,24 @@ TEST(GroupWidth, FollowsUnknownsAlone) {
   EXPECT_EQ(configuration::group_width(ranks, 1e9), 12);
 }
 
-TEST(ExpectedBody, KnowsSizesBeforeMeshing) {
+TEST(ExpectedObject, KnowsSizesBeforeMeshing) {
   // A box of 200 x 100 x 10 mm, and unknowns that `carillon modes tile:... --order 2
   // --element-size 20mm` has: 12 x 6 cells of a diagonal of 20 mm in one layer.
   plan::Shape shape;
   shape.request.shape = {"tile", {{"length", 0.2}, {"width", 0.1}, {"thickness", 0.01}}, {}};
   shape.request.options.order = 2;
   shape.request.options.element_size = 0.02;
-  const plan::ExpectedBody body = plan::expected_body(shape);
+  const plan::ExpectedObject body = plan::expected_object(shape);
   EXPECT_NEAR(body.volume, 2e-4, 1e-12);
   EXPECT_NEAR(body.longest_side, 0.2, 1e-12);
   const double cells = std::ceil(0.2 / 0.01225) * std::ceil(0.1 / 0.01225);
   EXPECT_NEAR(body.mesh.unknowns() / (3 * cells * 4 * 3), 1, 0.3);
 }
 
-TEST(ExpectedBody, FilesThatCannotBeReadAreOfMiddlingSize) {
+TEST(ExpectedObject, FilesThatCannotBeReadAreOfMiddlingSize) {
   plan::Shape shape;
   shape.path = shape.request.file.path = "/nowhere/cup.stl";
-  EXPECT_GT(plan::expected_body(shape).mesh.unknowns(), 100);
+  EXPECT_GT(plan::expected_object(shape).mesh.unknowns(), 100);
 }
 
 TEST(Costs, WidthsAndKinds) {

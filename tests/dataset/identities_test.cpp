@@ -1,4 +1,4 @@
-// Copies of one body stay in one part of a split.
+// Copies of one object stay in one part of a split.
 #include "dataset/plan/identities.hpp"
 
 #include <fmt/format.h>

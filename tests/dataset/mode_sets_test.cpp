@@ -39,7 +39,7 @@ TEST(ModeSets, EveryVariantsBandIsCovered) {
     const samples::ModeSets sets = samples::group_variants(materials, variants, band);
     RC_ASSERT(sets.requests.size() == 1u);
     for (const samples::VariantModes& v : sets.variants) {
-      // Frequencies of the variant are those of the solved body times this factor.
+      // Frequencies of the variant are those of the solved object times this factor.
       const double factor = std::sqrt(v.modulus / v.density) / v.length;
       RC_ASSERT(sets.requests[0].band.min_frequency * factor <= band.min_frequency * (1 + 1e-9));
       RC_ASSERT(sets.requests[0].band.max_frequency * factor >= band.max_frequency * (1 - 1e-9));

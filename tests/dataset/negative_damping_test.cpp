@@ -1,4 +1,4 @@
-// Damping that turns negative is told when a configuration is read, before any body is solved.
+// Damping that turns negative is told when a configuration is read, before any object is solved.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -33,7 +33,7 @@ TEST(NegativeDamping, IsToldWithMaterialRangeAndOutcome) {
   const std::string reason = damping_reason(config);
   EXPECT_TRUE(contains(reason, "every material has damping")) << reason;
   EXPECT_TRUE(contains(reason, "(f-3000) from 800 to 3000 Hz")) << reason;
-  EXPECT_TRUE(contains(reason, "a mode there will fail its body")) << reason;
+  EXPECT_TRUE(contains(reason, "a mode there will fail its object")) << reason;
   EXPECT_FALSE(contains(reason, "steel")) << reason;
   ASSERT_EQ(config.warnings.size(), 1u);
   EXPECT_TRUE(contains(config.warnings[0], "800 to 3000 Hz")) << config.warnings[0];

@@ -163,7 +163,7 @@ TEST(Variants, FirstAndLastSoundAndEverySolveIsShared) {
     builds.push_back(std::move(build));
   }
   const sweep::SharingCounts counts = sweep::count_shared_work(builds);
-  EXPECT_EQ(counts.bodies, 12u);
+  EXPECT_EQ(counts.objects, 12u);
   EXPECT_EQ(counts.solves, 3u);
   // A sample is the same in every choice that has it.
   std::set<std::string> all;
@@ -215,7 +215,7 @@ TEST_F(ModelNetFolders, GiveFamiliesAndParts) {
     const bool test = std::stoi(shape.id.substr(shape.id.size() - 4)) > 40;
     EXPECT_EQ(shape.split_shape == "test", test) << shape.id;
     ASSERT_TRUE(shape.surface.has_value()) << "the file was read";
-    EXPECT_NEAR(plan::expected_body(shape).longest_side, 0.3, 1e-9);
+    EXPECT_NEAR(plan::expected_object(shape).longest_side, 0.3, 1e-9);
   }
   EXPECT_EQ(families, (std::map<std::string, int>{{"bed", 60}, {"desk", 60}}));
   EXPECT_NEAR(parts["validation"], 20, 12) << "a quarter of 80, by three deviations";
@@ -280,7 +280,7 @@ TEST(Families10, HasFortyDifferentBodiesOfEachFamilyInEveryVariant) {
       EXPECT_EQ(variant.size == 1, sizes == std::string("first"));
       heard.insert(variant.material);
     }
-    EXPECT_EQ(identities.size(), 400u) << "no body is there twice";
+    EXPECT_EQ(identities.size(), 400u) << "no object is there twice";
     EXPECT_EQ(parts.size(), 10u);
     for (const auto& [family, seen] : parts) EXPECT_EQ(seen.size(), 3u) << family;
     for (const auto& [family, named] : spoken) EXPECT_EQ(named.size(), 1u) << family;

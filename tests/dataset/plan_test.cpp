@@ -168,7 +168,7 @@ TEST(Plan, ViewsHaveTheirCost) {
   EXPECT_EQ(effect_of(off, "voxels").seconds_per_shape, 0.0);
 }
 
-// A fit serves all sounds and listeners of its body.
+// A fit serves all sounds and listeners of its object.
 TEST(Plan, AFitCostsTheSameForAnyListeners) {
   const auto fit = [](int strikes, const std::string& more) {
     const std::string ear = "  - position: [0, 0, 1]\n";

@@ -133,7 +133,7 @@ TEST_F(ScheduleTest, NodesHaveTheMemoryThatTheConfigurationSays) {
   const std::vector<mpi::Task> tasks = run::board_tasks(build.plan, build.config);
   ASSERT_EQ(tasks.size(), 4u);
   for (const mpi::Task& task : tasks) ASSERT_LT(task.memory, 1 << 30);
-  // Both bodies at a time, one after the other, none.
+  // Both objects at a time, one after the other, none.
   const auto on_two = [&](double memory) {
     const double idle = memory > 1 ? 2 * run::idle_rank_bytes : 0;
     build.config.ranks.memory_per_node = static_cast<std::int64_t>(memory + idle);

@@ -35,7 +35,7 @@ TEST(SharedWork, WhatOnlyTheSoundChangesSharesMeshAndModes) {
   const std::vector<run::LoadedBuild> builds = {build_of({}), build_of({"audio.seconds=0.5"}),
                                                 build_of({"effects.damping=off"})};
   const sweep::SharingCounts counts = sweep::count_shared_work(builds);
-  EXPECT_EQ(counts.bodies, 6u);
+  EXPECT_EQ(counts.objects, 6u);
   EXPECT_EQ(counts.meshes, 2u);
   EXPECT_EQ(counts.solves, 2u);
   EXPECT_GT(counts.seconds_saved, 0);
@@ -96,7 +96,7 @@ TEST(SharedWork, TasksFailTogetherWhereTheyDoTheSameUnderTheSameLimits) {
       build_of({"limits.mesh_time=9 s"}), build_of({"limits.mesh_time=9 s", "audio.seconds=2"})};
   run::CommonTasks common = run::common_tasks(runs_of(builds));
   run::SameWork same = sweep::order_shared_work(runs_of(builds), common);
-  // Modes of the first body: tasks 0, 4, 8, 12, 16.
+  // Modes of the first object: tasks 0, 4, 8, 12, 16.
   using Numbers = std::vector<std::int64_t>;
   EXPECT_EQ((same[{0, "mesh"}]), (Numbers{4, 8}));
   EXPECT_EQ((same[{0, "solve"}]), (Numbers{8}));

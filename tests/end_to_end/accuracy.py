@@ -1,4 +1,4 @@
-"""Pitch targets and the convergence study, on bodies that take no time."""
+"""Pitch targets and the convergence study, on objects that take no time."""
 import json
 import os
 import pathlib
@@ -30,7 +30,7 @@ objects:
   - mesh: missing.ply
     optional: true
 """
-# An open sheet is no body; 700 elements are enough for order 4 and not for order 3, which targets
+# An open sheet is no object; 700 elements are enough for order 4 and not for order 3, which targets
 # begin with.
 FAILING = """
 modes: {max_modes: 4, max_elements: 700}
@@ -263,7 +263,7 @@ class Failures(FolderTest):
         self.assertEqual(result.returncode, 3, result.stderr)
         sheet, ring = json.loads((output / "accuracy.json").read_text())["objects"]
         self.assertEqual(sheet["name"], "sheet")
-        self.assertIn("no body", sheet["failure"])
+        self.assertIn("no object", sheet["failure"])
         self.assertFalse(sheet["passed_over"])
         # The target fails, and so does the automatic size of order 3; order 4 stands.
         self.assertNotIn("failure", ring)

@@ -1,4 +1,4 @@
-"""200 mixed bodies keep two ranks busy until the last task begins; minutes on two cores.
+"""200 mixed objects keep two ranks busy until the last task begins; minutes on two cores.
 
 What other programs take of the machine does not count: a rank that is ready to compute and waits
 for a processor is not idle. Where they take most of it, nothing can be said.

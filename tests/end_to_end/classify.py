@@ -38,7 +38,7 @@ evaluate:
 def answers(path):
     with h5py.File(path) as file:
         test = file["test"]
-        return test["label"][:], test["scores"][:].argmax(1), test["body"][:]
+        return test["label"][:], test["scores"][:].argmax(1), test["object"][:]
 
 
 def row(found, task, method, dataset=None):
@@ -92,7 +92,7 @@ class Classify(FolderTest):
         geometry, hardness = (row(self.found, task, "isnn-a") for task in ("geometry", "hardness"))
         self.assertEqual(geometry["groups"] * 2, geometry["samples"])  # a strike in two materials
         self.assertEqual(hardness["groups"] * 20, hardness["samples"])
-        # Few bodies say less than many strikes.
+        # Few objects say less than many strikes.
         self.assertLess(hardness["groups"], 10)
 
     def test_rows_are_held_against_the_chosen_one_on_the_same_samples(self):
@@ -128,7 +128,7 @@ class Classify(FolderTest):
 
     def test_tables(self):
         text = (self.evaluation / "classification.md").read_text()
-        for said in ("geometry of told-apart", "43.35", "split_shape", "bodies", "VGG16"):
+        for said in ("geometry of told-apart", "43.35", "split_shape", "objects", "VGG16"):
             self.assertIn(said, text)
         with open(self.evaluation / "classification.csv", newline="") as file:
             lines = list(csv.DictReader(file))

@@ -194,7 +194,7 @@ class Tetrahedra(FolderTest):
 
 class Strike(FolderTest):
     def test_peaks_lie_at_the_modes(self):
-        # Listening by measuring: the strongest partials of the sound are modes of the body.
+        # Listening by measuring: the strongest partials of the sound are modes of the object.
         body = ("disc:radius=80mm,thickness=4mm", "-m", "steel")
         wav = self.folder / "disc.wav"
         run_json("strike", *body, "-o", wav, "--seconds", "2", "--at", "0.07,0.01,0.002")

@@ -51,7 +51,7 @@ def bowl(outer=0.06, wall=0.006, steps=14):
 
 
 def pawn():
-    """A solid turned body."""
+    """A solid turned object."""
     z = numpy.linspace(0, 0.1, 25)
     r = 0.02 + 0.008 * numpy.cos(z / 0.1 * 2 * math.pi)
     return revolved([(0, 0)] + list(zip(r, z)) + [(0, 0.1)])

@@ -6,7 +6,7 @@ import wave
 import numpy
 from program import FolderTest, run, run_json
 
-# Body and where it is struck; each is solved once for all tests.
+# Object and where it is struck; each is solved once for all tests.
 BOWL = ("bowl:radius=60mm,wall=3mm", "--order", "2")
 BOWL_POINT = ("--at", "0.06,0,0.05")
 TILE = ("tile:length=12cm,width=9cm,thickness=6mm", "--order", "2")
@@ -52,7 +52,7 @@ class Estimate(FolderTest):
         self.assert_near(found["parameters"]["alpha1"], 5, 0.1)
         self.assert_near(found["parameters"]["alpha2"], 3e-8, 0.1)
         self.assertGreater(found["recording_match"] * found["candidate_match"], 0.7)
-        # The assumed body was solved once, and is not solved again for another recording of it.
+        # The assumed object was solved once, and is not solved again for another recording of it.
         self.assertEqual(found["calls"]["solve"], 1)
         again = run_json("estimate", clip, *BOWL, *BOWL_POINT, "-m", "glass", "--poisson-ratio",
                          "0.29", "--density", "7850")

@@ -43,7 +43,7 @@ evaluate:
   damping:
     sound_counts: [1, 3, 5]
     draws: 8
-    draws_from: [body, material]
+    draws_from: [object, material]
     features: {extractors: [esprit, truth]}
 """
 OWN = """
@@ -96,7 +96,7 @@ class Evaluate(FolderTest):
         self.assertEqual(self.found["estimators"], ESTIMATORS)
         self.assertEqual(self.found["parameters"], ["alpha1", "alpha2"])
         self.assertEqual(self.found["failures"], [])
-        # Two sources of features, three bodies, two datasets; the true modes of both datasets are
+        # Two sources of features, three objects, two datasets; the true modes of both datasets are
         # the same, and so are their fits: 3 of 4 pairs, 2 materials, 2 kinds of sets, 3 numbers.
         self.assertEqual(self.found["tasks_run"], {"features": 12, "fits": 36})
         for stage in ("features", "fits", "tables"):
@@ -142,7 +142,7 @@ class Evaluate(FolderTest):
             both = numpy.isfinite(a) & numpy.isfinite(b)
             a, b = a[both], b[both]
             self.assertEqual(int(row["pairs"]), len(a))
-            if len(a) < 2:  # the room hides nearly all modes of some bodies
+            if len(a) < 2:  # the room hides nearly all modes of some objects
                 self.assertEqual(place[0], "noise and room")
                 families.setdefault((*place[:3], place[3] == "all", *place[4:]), []).append(row)
                 continue
@@ -317,7 +317,7 @@ class Evaluate(FolderTest):
     def test_text_is_for_people(self):
         result = run("evaluate", self.config, "-o", self.output)
         self.assertEqual(result.returncode, 0)
-        for words in ("noise and room, features: esprit, sounds of one body", "least_squares",
+        for words in ("noise and room, features: esprit, sounds of one object", "least_squares",
                       "5 sounds", "alpha1: emg against least_squares: ahead in",
                       "damping-errors.csv"):
             self.assertIn(words, result.stdout)
@@ -331,7 +331,7 @@ class Evaluate(FolderTest):
             ("  damping:", "  dampings:"):
                 'evaluate.dampings: unknown key; did you mean "damping"?',
             ("sound_counts: [1, 3, 5]", "sound_counts: [1, 30]"):
-                "30 sounds cannot be drawn of 5, the strikes of each body",
+                "30 sounds cannot be drawn of 5, the strikes of each object",
             ("extractors: [esprit, truth]", "extractors: [espirt]"): 'unknown value "espirt"',
             ("    draws: 8", "    model: hybrid"): "one is damped by rayleigh",
         }

@@ -38,7 +38,7 @@ split: {validation: 0.3, test: 0.3}
 """
 
 
-# A body called as a part of the split, of two materials, on three fingers.
+# An object called as a part of the split, of two materials, on three fingers.
 ODD = """
 name: odd
 seed: 2

@@ -51,7 +51,7 @@ class Groups(FolderTest):
 
     @of_memory
     def test_estimated_memory_is_what_a_body_takes(self):
-        # A solid body and a thin-walled one, whose modes are judged by other means.
+        # A solid object and a thin-walled one, whose modes are judged by other means.
         for shape in ("block", "bowl"):
             config = self.write(f"{shape}.yaml", f"""
 materials: [iron]

@@ -83,7 +83,7 @@ class Growing(FolderTest):
                                                       atol=1e-4 * abs(value).max())
 
     def test_more_strikes(self):
-        # 9 samples are there; the shards of both bodies are copied and go on.
+        # 9 samples are there; the shards of both objects are copied and go on.
         self.grow("strikes", OBJECTS, 5, tasks=2, made=2 * 1 + 2 * 2)
 
     def test_more_bodies(self):
@@ -91,7 +91,7 @@ class Growing(FolderTest):
                   made=2 * 3)
 
     def test_more_materials_and_sizes(self):
-        # The modes of a body serve all of its materials: that body is computed again as a whole.
+        # The modes of an object serve all of its materials: that object is computed again as a whole.
         self.grow("materials", [OBJECTS[0].replace("[steel]", "[glass, steel]"), OBJECTS[1]], 3,
                   tasks=2, made=2 * 3, same_values=False)
         self.grow("sizes", [OBJECTS[0], OBJECTS[1].replace("1.5", "1.5, 2")], 3, tasks=2,

@@ -95,7 +95,7 @@ class Instruments(FolderTest):
         program = self.export("glass", *body)
         sound = self.strike(*body, "--contact-time", "0", "--impulse", "1 N s")
         self.expect_equal(self.play(self.compile(program), "0:input=44100"), sound)
-        other = self.write("other.dsp", 'process = component("glass.dsp").body(0);\n')
+        other = self.write("other.dsp", 'process = component("glass.dsp").object(0);\n')
         played = self.play(self.compile(other), "0:input=44100", "100:input=-22050")
         twice = sound - 0.5 * numpy.concatenate([numpy.zeros(100), sound[:-100]])
         self.expect_equal(played, twice)
@@ -105,7 +105,7 @@ class Instruments(FolderTest):
         binary = self.compile(self.export("sizes", *BLOCK, "-m", alphas % (6, 1e-7), *AT))
         double = ["block:length=480mm,width=180mm,height=50mm", "--order", "2", "--element-size",
                   "80 mm", "-m", alphas % (6, 1e-7), "--at", "0.24,0.04,0.036"]
-        # Of the larger body more modes lie in the band; the program has those of the smaller.
+        # Of the larger object more modes lie in the band; the program has those of the smaller.
         count = len(modes_of((self.folder / "sizes.dsp").read_text()))
         self.expect_equal(self.play(binary, "0:size=2", *BLOW),
                           self.strike(*double, "--max-modes", str(count)), -100)

@@ -64,7 +64,7 @@ class Killed(InterruptedTest):
                                            stderr=subprocess.DEVNULL)
                 time.sleep(moment)
                 family = descendants(process.pid)
-                # A mesher that is killed costs its body alone: quarantine.py.
+                # A mesher that is killed costs its object alone: quarantine.py.
                 below = [p for p in family if p != process.pid and program(p) == "carillon"]
                 targets = {"mpirun": [process.pid], "tree": family,
                            "rank": [self.random.choice(below)] if below else family}[victim]

@@ -12,7 +12,7 @@ import unittest
 from program import CARILLON, FolderTest, of_memory, run, run_json
 from same import hashes
 
-# "bad" is the wide one: whoever breaks a body can tell it by its name or by its unknowns.
+# "bad" is the wide one: whoever breaks an object can tell it by its name or by its unknowns.
 CONFIG = """
 seed: 3
 materials: [steel]
@@ -31,7 +31,7 @@ class Quarantine(FolderTest):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        cls.config = cls.folder / "two bodies.yaml"
+        cls.config = cls.folder / "two objects.yaml"
         cls.config.write_text(CONFIG)
         cls.whole = cls.folder / "whole"
         run_json("build", cls.config, "-o", cls.whole)
@@ -190,7 +190,7 @@ class Quarantine(FolderTest):
 
     @of_memory
     def test_a_solve_that_grows_too_large(self):
-        # The bad body has 186,000 unknowns now, and its solve takes 1.2 GB.
+        # The bad object has 186,000 unknowns now, and its solve takes 1.2 GB.
         _, failures = self.build("grown", "--set", "modes.order=3", "--set",
                                  "modes.element_size=12 mm", "--set",
                                  "objects[1].parameters.height=40 mm", "--set",

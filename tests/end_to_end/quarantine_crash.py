@@ -22,7 +22,7 @@ strikes: {per_object: 2}
 audio: {seconds: 0.1 s}
 """
 BAD = "modes/bad-000"
-# Unknowns of the bad body, and of no good one, are at least so many.
+# Unknowns of the bad object, and of no good one, are at least so many.
 FROM = "1500"
 
 
@@ -156,7 +156,7 @@ class Crash(FolderTest):
         self.assertIn("needs more than the limit of 1.0 GiB", failure["message"])
 
     def start(self, output, ranks):
-        """A build whose solve of the bad body takes a while; returns once that has begun, with the
+        """A build whose solve of the bad object takes a while; returns once that has begun, with the
         numbers of its processes by task and stage."""
         process = subprocess.Popen(self.command(output, ranks=ranks), env=self.ill("20"),
                                    stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,

@@ -9,7 +9,7 @@ import numpy
 from program import FolderTest, run
 
 DATA = os.environ.get("CARILLON_TEST_DATA")
-# What cannot be a body: no volume, nothing at all, or triangles without neighbours.
+# What cannot be an object: no volume, nothing at all, or triangles without neighbours.
 NO_BODIES = {"degenerate_flat", "edge_with_four_triangles", "triangle_soup_100", "empty"}
 
 

@@ -12,7 +12,7 @@ from program import FolderTest, run, run_json
 
 SIZES = (0.16, 0.12, 0.005)
 MESH = ("--order", "2", "--element-size", "2 cm")
-# Up to the same mode: the stiffer body has it higher.
+# Up to the same mode: the stiffer object has it higher.
 TRUE_SOLVE = (*MESH, "--max-frequency", "8 kHz")
 SOLVE = (*MESH, "--max-frequency", "9 kHz")
 # What the plate is made of, and what it is taken for.
@@ -129,7 +129,7 @@ class Contact(MadeFolder):
         with open(report / "spectra.csv", encoding="utf-8") as file:
             spectra = [line for line in csv.DictReader(file) if line["vertex"] == str(VERTICES[0])]
         self.assertEqual(len(spectra), 2970 // 2 + 1)
-        # The same spectrum by NumPy, of the first microphone in front of the body.
+        # The same spectrum by NumPy, of the first microphone in front of the object.
         sound = numpy.load(self.place / "deconvolved_0db.npy")[1]
         n = 2 * numpy.pi * numpy.arange(2970) / 2970
         window = (0.35875 - 0.48829 * numpy.cos(n) + 0.14128 * numpy.cos(2 * n)

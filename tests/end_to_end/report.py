@@ -224,7 +224,7 @@ class Report(FolderTest, Gallery):
                 if text != '{"objects": 1, "measures": 1, "variants": 1, "rows": 1, "errors": 1}':
                     self.assertIn(name.split("/")[-1], told["notes"][0])
             (hurt / name).unlink()
-        # A body's modes cost the body.
+        # An object's modes cost the object.
         copy = self.folder / "small-copy"
         shutil.copytree(self.folder / "small", copy, dirs_exist_ok=True)
         (copy / "modes" / "tile-000.h5").write_bytes(b"nothing")

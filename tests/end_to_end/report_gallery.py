@@ -8,7 +8,7 @@ from browser import click, needs_browser
 # Materials of its own that the dataset needs.
 OWN = {"hard": {"youngs_modulus": 200e9, "density": 7800, "alphas": [5, 1e-7]},
        "soft": {"youngs_modulus": 90e9, "density": 2700, "alphas": [12, 4e-7]}}
-# c = alpha1 + alpha2 lambda^alpha3, of a body with more modes than others.
+# c = alpha1 + alpha2 lambda^alpha3, of an object with more modes than others.
 SLACK = {"alpha1": 20, "alpha2": 2e-4, "alpha3": 0.6}
 
 
@@ -52,7 +52,7 @@ class Gallery:
             decay = own_decay_rates(body, eigenvalues)
             ring = numpy.sqrt(eigenvalues - decay**2) / 2 / numpy.pi
             counts.append(len(ring))
-            prefix = f"{body['body']}/{body['material']}/{body['size']:g}/"
+            prefix = f"{body['object']}/{body['material']}/{body['size']:g}/"
             for row in [i for i, key in enumerate(keys) if key.startswith(prefix)]:
                 stored, made = self.stored_and_struck(number, row)
                 self.assertEqual(len(made), len(stored))
@@ -84,12 +84,12 @@ class Gallery:
         keys = self.index["key"].asstr()[:]
         objects = list(enumerate(self.report["gallery"]["objects"]))
         for shape, names in (("disc", OWN), ("plate", ["slack"])):
-            number, body = next(one for one in objects if one[1]["body"].startswith(shape))
+            number, body = next(one for one in objects if one[1]["object"].startswith(shape))
             others = [(name, size) for name in names for size in (1, 1.25)]
             others.remove((body["material"], body["size"]))
             self.assertEqual(len(others), 2 * len(names) - 1)
             for name, size in others:
-                prefix = f"{body['body']}/{name}/{size:g}/"
+                prefix = f"{body['object']}/{name}/{size:g}/"
                 self.expect_alike(number, OWN.get(name), size / body["size"],
                                   [i for i, key in enumerate(keys) if key.startswith(prefix)])
 
@@ -145,8 +145,8 @@ class Gallery:
             };""")
         select = "const menu = document.querySelector(arguments[0]); menu.value = arguments[1]; menu.onchange();"
         objects = self.report["gallery"]["objects"]
-        disc = next(i for i, one in enumerate(objects) if one["body"].startswith("disc"))
-        plate = next(i for i, one in enumerate(objects) if one["body"].startswith("plate"))
+        disc = next(i for i, one in enumerate(objects) if one["object"].startswith("disc"))
+        plate = next(i for i, one in enumerate(objects) if one["object"].startswith("plate"))
         presets = self.report["gallery"]["materials"]
         settings = [
             (disc, lambda: None),

@@ -1,4 +1,4 @@
-"""Simulations with every option that columns depend on: what is stored, and what the bodies from files are."""
+"""Simulations with every option that columns depend on: what is stored, and what the objects from files are."""
 import json
 import unittest
 import wave
@@ -107,7 +107,7 @@ class SceneColumns(MovingTest):
                 self.assertAlmostEqual(body["mass_kg"] / (density * volume[body["shape"]]), 1,
                                        delta=1e-6)
                 drawn.add((body["name"], body["shape"], body["material"]))
-        # Both files in both materials, for both of the bodies that play them.
+        # Both files in both materials, for both of the objects that play them.
         self.assertLessEqual({shape for _, shape, _ in drawn}, set(volume))
         for body in ("crate", "other"):
             self.assertEqual(len({d[1] for d in drawn if d[0] == body}), 2)

@@ -1,4 +1,4 @@
-"""Simulations that are added to a dataset, and more bodies for simulations to draw from."""
+"""Simulations that are added to a dataset, and more objects for simulations to draw from."""
 import json
 import os
 import pathlib
@@ -38,7 +38,7 @@ class SceneGrowth(MovingTest):
         self.assertEqual([s["identical"] for s in report["samples"]], [True, True])
 
     def test_more_to_draw_from(self):
-        # Who plays is drawn anew then: all simulations are made again, but for the bodies' modes.
+        # Who plays is drawn anew then: all simulations are made again, but for the objects' modes.
         for name, settings, file in (("count", ["objects[3].count=3"], None),
                                      ("files", [], "c.obj")):
             with self.subTest(name):
@@ -50,7 +50,7 @@ class SceneGrowth(MovingTest):
                     (self.folder / "meshes" / file).write_text(text.replace("1.7", "1.9"))
                 more = [word for setting in settings for word in ("--set", setting)]
                 summary = run_json("build", self.config, "-o", output, *few, *more)
-                self.assertEqual(summary["tasks_run"], 2)  # the new body's modes, and the simulations
+                self.assertEqual(summary["tasks_run"], 2)  # the new object's modes, and the simulations
                 run_json("build", self.config, "-o", fresh, *few, *more)
                 self.assertEqual(hashes(output), hashes(fresh))
                 self.assertTrue(run_json("check", output)["passed"])

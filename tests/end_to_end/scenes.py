@@ -179,7 +179,7 @@ class Scenes(FolderTest):
         self.assertIn("ball", self.refused("motion.bodies[1].object=bal"))
         self.assertIn("not made of", self.refused("motion.bodies[1].materials=glass"))
         self.assertIn("brick", self.refused("motion.ground.texture.map=brik"))
-        self.assertIn("goes with bodies that are struck", self.refused("strikes.per_object=3"))
+        self.assertIn("goes with objects that are struck", self.refused("strikes.per_object=3"))
         self.assertIn("equivalent_sources", self.refused("radiation.model=monopole"))
         self.assertIn("restitution", self.refused("motion.bodies[0].restitution=2"))
 

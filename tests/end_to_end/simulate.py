@@ -111,7 +111,7 @@ class Simulate(FolderTest):
 
     def test_nodes_have_the_memory_that_is_given(self):
         estimate = run_json("plan", self.config)["estimate"]["memory_bytes_per_rank"]
-        # One body beside four ranks that hold what an idle one does.
+        # One object beside four ranks that hold what an idle one does.
         memory = f"ranks.memory_per_node={int(estimate + 3 * 1.3e8) + 1} B"
         free, tight = (self.plan("--ranks", 4, "--trace", self.folder / "on-1", *more)
                        ["schedules"][0] for more in ((), ("--set", memory)))

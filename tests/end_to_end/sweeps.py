@@ -76,7 +76,7 @@ class Sweeps(FolderTest):
             self.assertEqual(here, there)
 
     def test_meshes_and_modes_are_made_once(self):
-        # Two bodies and two orders: four meshes and four sets; the other four are read.
+        # Two objects and two orders: four meshes and four sets; the other four are read.
         self.assertEqual(calls(self.output, "mesh"), 4)
         self.assertEqual(calls(self.output, "mesh from cache"), 4)
         self.assertEqual(calls(self.output, "modes from cache"), 4)
@@ -86,14 +86,14 @@ class Sweeps(FolderTest):
             self.assertEqual(min(pair), 0, solves)
             self.assertGreater(max(pair), 0, solves)
         plan = run_json("plan", self.config)
-        self.assertEqual(plan["shared"], {"bodies": 8, "meshes": 4, "solves": 4})
+        self.assertEqual(plan["shared"], {"objects": 8, "meshes": 4, "solves": 4})
 
     def test_its_schedule_is_simulated(self):
         plan = run_json("plan", self.config, "--ranks", "1,2")["simulated"]
         alone = run_json("plan", self.config, "--set", "sweep=", "--ranks", 1)["simulated"]
         self.assertEqual(plan["tasks"]["count"], 4 * alone["tasks"]["count"])
         one, two = plan["schedules"]
-        # Half of the eight bodies are read from the cache, in 0.1 s at most.
+        # Half of the eight objects are read from the cache, in 0.1 s at most.
         bodies = run_json("plan", self.config)["estimate"]
         self.assertAlmostEqual(one["shared_work_s"], bodies["rank_seconds"], 6)
         self.assertLess(two["makespan_s"], one["makespan_s"])
@@ -246,7 +246,7 @@ class Sweeps(FolderTest):
             plan = run_json("plan", CONFIGS / f"{name}.yaml")
             self.assertEqual(len(plan["variants"]), variants)
         listing = run("plan", CONFIGS / "sweep-damping.yaml").stdout
-        self.assertIn("24 bodies have 3 different meshes and 3 different solves", listing)
+        self.assertIn("24 objects have 3 different meshes and 3 different solves", listing)
 
 
 if __name__ == "__main__":

@@ -33,7 +33,7 @@ train:
   epochs: 40
   batch: 16
   tasks:
-    body: {column: shape}
+    object: {column: shape}
   methods:
     nearest-neighbour-a: {}
     isnn-a: {filters: 8, units: 32, kernel: [16, 4], learning_rate: 0.003}

@@ -67,7 +67,7 @@ class ModelNet(FolderTest):
             write_box(folder / "desk" / "train" / f"desk_{i}.off", 1, 1, 1.2 + 0.1 * i)
         for name in ("bed", "desk"):
             write_box(folder / name / "test" / f"{name}_8.off", 1, 1.5, 2)
-        # The same body in train and test: ModelNet's own affair.
+        # The same object in train and test: ModelNet's own affair.
         write_box(folder / "bed" / "test" / "bed_9.off", 2, 1, 0.5)
         config = self.write("modelnet.yaml", COARSE + "split: {validation: 0.3}\nobjects:\n"
                             "  - {modelnet: boxes, length: 20 cm}\n")
@@ -95,7 +95,7 @@ class ModelNet(FolderTest):
         plan = run("plan", config)
         self.assertEqual(plan.returncode, 0, plan.stderr)
         self.assertIn("a sweep of 4 variants (grid), 120 samples", plan.stdout)
-        self.assertIn("120 bodies have 30 different meshes and 30 different solves", plan.stdout)
+        self.assertIn("120 objects have 30 different meshes and 30 different solves", plan.stdout)
 
 
 class SharedSolves(FolderTest):

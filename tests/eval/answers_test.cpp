@@ -55,7 +55,7 @@ TEST(AnswersFile, IsRefusedWhereArraysDiffer) {
         const core::Hdf5Group group = file.create_group(name);
         group.write<std::string>("key", part->keys, {part->keys.size()});
         group.write<std::int32_t>("label", part->labels, {part->labels.size()});
-        group.write<std::uint32_t>("body", part->bodies, {part->bodies.size()});
+        group.write<std::uint32_t>("object", part->objects, {part->objects.size()});
         group.write<std::uint32_t>("strike", part->strikes, {part->strikes.size()});
         group.write<float>("scores", part->scores, {part->scores.size()});
       }

@@ -67,7 +67,7 @@ double error_of(double found, double truth) {
 TEST(EstimateMaterial, FindsTheTruthOfCleanClips) {
   for (const Truth& truth : kMaterials) {
     for (const Body shape : kBodies) {
-      SCOPED_TRACE(fmt::format("{}, body {}", truth.name, static_cast<int>(shape)));
+      SCOPED_TRACE(fmt::format("{}, object {}", truth.name, static_cast<int>(shape)));
       const auto recorded = test::record(tones_of(shape, truth));
       const auto found = estimate_from(recorded, body(shape, 1e7));
       EXPECT_LT(error_of(found.candidate.specific_modulus, truth.specific_modulus), 0.001);
@@ -92,7 +92,7 @@ TEST(EstimateMaterial, FindsTheTruthOfCleanClips) {
 TEST(EstimateMaterial, StandsNoiseAndModesThatDoNotSound) {
   for (const Truth& truth : kMaterials) {
     for (const Body shape : kBodies) {
-      SCOPED_TRACE(fmt::format("{}, body {}", truth.name, static_cast<int>(shape)));
+      SCOPED_TRACE(fmt::format("{}, object {}", truth.name, static_cast<int>(shape)));
       const auto recorded =
           test::record(tones_of(shape, truth), {.snr = 30, .missing = 0.3, .seed = 3});
       const auto found = estimate_from(recorded, body(shape, 4e7));

@@ -142,7 +142,7 @@ TEST(Features, ADoubletAmongManyIsTwo) {
   EXPECT_NEAR(set.onset, 0.1, 1e-3);
 }
 
-/// Modes of round bodies come as doublets within one line, some of which cannot be told apart;
+/// Modes of round objects come as doublets within one line, some of which cannot be told apart;
 /// without noise, nothing hides what one tone in the place of two leaves.
 TEST(Features, DoubletsWithoutNoiseAreTwo) {
   std::size_t found = 0, all = 0;

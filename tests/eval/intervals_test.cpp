@@ -50,7 +50,7 @@ TEST(WilsonInterval, SolvesItsEquation) {
   }));
 }
 
-/// Bodies of two classes, each with a chance of its own to be recognised and `each` samples.
+/// Objects of two classes, each with a chance of its own to be recognised and `each` samples.
 struct Bodies {
   Classes truth, groups;
   std::vector<double> chances;
@@ -77,7 +77,7 @@ struct Bodies {
 };
 
 TEST(GroupedInterval, HoldsTheTruthWhereWilsonsDoesNot) {
-  // 20 bodies with 50 sounds each; recognised in 0.7 of all that there could be.
+  // 20 objects with 50 sounds each; recognised in 0.7 of all that there could be.
   int held = 0, held_balanced = 0, held_by_wilson = 0;
   constexpr int repetitions = 300;
   for (int r = 0; r < repetitions; ++r) {
@@ -128,7 +128,7 @@ TEST(GroupedInterval, OfAllRightIsAsWideAsItsGroupsAreFew) {
       {truth, groups, 3}, truth, classification::AccuracyKind::balanced, random);
   EXPECT_EQ(bounds.low, classification::wilson_interval(4, 4).low);
   EXPECT_EQ(bounds.high, 1);
-  // One body says as much as one sample.
+  // One object says as much as one sample.
   bounds = classification::grouped_interval({truth, Classes(100, 9), 3}, truth,
                                             classification::AccuracyKind::plain, random);
   EXPECT_EQ(bounds.low, classification::wilson_interval(1, 1).low);
@@ -151,7 +151,7 @@ TEST(GroupedInterval, RefusesWhatDoesNotFit) {
 }
 
 TEST(IntervalOverSeeds, IsStudentsByHand) {
-  // Three seeds with 14, 16 and 15 of 20 right; bodies of one sample each.
+  // Three seeds with 14, 16 and 15 of 20 right; objects of one sample each.
   const Classes truth(20, 0);
   Classes groups(20);
   std::vector<Classes> predicted(3, Classes(20, 1));
@@ -164,16 +164,16 @@ TEST(IntervalOverSeeds, IsStudentsByHand) {
                                                            classification::AccuracyKind::plain);
   EXPECT_NEAR(summary.mean, 0.75, 1e-15);
   EXPECT_NEAR(summary.deviation, 0.05, 1e-15);
-  // 14 bodies are right in all seeds, one in two, one in one, four in none: their mean squared
-  // deviation from 0.75 over 19 is the variance of the mean over bodies.
+  // 14 objects are right in all seeds, one in two, one in one, four in none: their mean squared
+  // deviation from 0.75 over 19 is the variance of the mean over objects.
   const double squares =
       14 * 0.0625 + std::pow(2.0 / 3 - 0.75, 2) + std::pow(1.0 / 3 - 0.75, 2) + 4 * 0.5625;
-  const double of_bodies = squares / 19 / 20, of_seeds = 0.0025 / 3;
+  const double of_objects = squares / 19 / 20, of_seeds = 0.0025 / 3;
   const double freedom =
-      std::pow(of_bodies + of_seeds, 2) / (of_bodies * of_bodies / 19 + of_seeds * of_seeds / 2);
+      std::pow(of_objects + of_seeds, 2) / (of_objects * of_objects / 19 + of_seeds * of_seeds / 2);
   EXPECT_NEAR(freedom, 20.985126938700745, 1e-9);
   // scipy.stats.t.ppf(0.975, freedom)
-  const double half = 2.0797035946060807 * std::sqrt(of_bodies + of_seeds);
+  const double half = 2.0797035946060807 * std::sqrt(of_objects + of_seeds);
   EXPECT_NEAR(summary.seeds_and_groups.low, 0.75 - half, 1e-9);
   EXPECT_NEAR(summary.seeds_and_groups.high, 0.75 + half, 1e-9);
 }
@@ -198,7 +198,7 @@ TEST(IntervalOverSeeds, HoldsTheTruthOfOtherBodiesAndSeeds) {
 }
 
 TEST(AccuracyDifference, HoldsTheTruthWhereTwoIntervalsOverlap) {
-  // Both find the same bodies hard; the first is right 0.06 less often.
+  // Both find the same objects hard; the first is right 0.06 less often.
   int held = 0, overlapping = 0;
   double width = 0;
   constexpr int repetitions = 300;

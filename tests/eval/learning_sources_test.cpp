@@ -32,7 +32,7 @@ TEST(SeveralSources, HaveEveryStrikeInOnePart) {
 
 TEST(SeveralSources, HaveEveryBodyInOnePartWhereBodiesAreHeldOut) {
   MadeSource one(30, 3), other(30, 3);
-  // Bodies 0, 1 and 2 in turn; in the other one body 2 is tested.
+  // Objects 0, 1 and 2 in turn; in the other one object 2 is tested.
   one.columns["split_shape"] = other.columns["split_shape"] = std::vector<std::string>(30, "train");
   for (std::size_t i = 2; i < 30; i += 3) other.columns["split_shape"][i] = "test";
   EXPECT_THROW(require(one, other, "split_shape"), core::InputError);

@@ -1,4 +1,4 @@
-// Scenes with one body more, however their lists are written; and what the papers' tables say.
+// Scenes with one object more, however their lists are written; and what the papers' tables say.
 #include "eval/studies/learning/recognised_scene.hpp"
 
 #include <gtest/gtest.h>
@@ -10,11 +10,11 @@
 namespace carillon::eval {
 namespace {
 
-const studies::RecognisedBody cup{"cup-001", "shape: cup, parameters: {radius: 0.04}", "glass"};
+const studies::RecognisedObject cup{"cup-001", "shape: cup, parameters: {radius: 0.04}", "glass"};
 const Eigen::Vector3d place(0.1, -0.05, 0.2);
 
 void expect_one_more(const std::string& text) {
-  const std::string longer = studies::with_body(text, "scene.yaml", cup, place);
+  const std::string longer = studies::with_object(text, "scene.yaml", cup, place);
   const YAML::Node before = YAML::Load(text), after = YAML::Load(longer);
   ASSERT_EQ(after["objects"].size(), before["objects"].size() + 1) << longer;
   ASSERT_EQ(after["motion"]["bodies"].size(), before["motion"]["bodies"].size() + 1) << longer;
@@ -52,11 +52,11 @@ TEST(RecognisedScene, RefusesWhatIsNoScene) {
   for (const char* text :
        {"", "[1]", "objects: [{shape: bar}]", "objects: []\nmotion: {bodies: []}",
         "objects: {a: 1}\nmotion: {bodies: [{object: bar}]}", "objects: [}"}) {
-    EXPECT_THROW(studies::with_body(text, "scene.yaml", cup, place), core::InputError) << text;
+    EXPECT_THROW(studies::with_object(text, "scene.yaml", cup, place), core::InputError) << text;
   }
-  const std::string once = studies::with_body(
+  const std::string once = studies::with_object(
       "objects: [{shape: bar}]\nmotion: {bodies: [{object: bar}]}\n", "s", cup, place);
-  EXPECT_THROW(studies::with_body(once, "s", cup, place), core::InputError);
+  EXPECT_THROW(studies::with_object(once, "s", cup, place), core::InputError);
 }
 
 TEST(PublishedAccuracies, AreThoseOfTheTables) {

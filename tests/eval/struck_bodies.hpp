@@ -8,7 +8,7 @@
 
 namespace carillon::test {
 
-/// Modes of bodies that have closed forms, struck at a point, with an assumed material.
+/// Modes of objects that have closed forms, struck at a point, with an assumed material.
 /// A free bar (Euler and Bernoulli), struck off its nodes.
 eval::material::StruckModes free_bar(double specific_modulus, double length, double thickness,
                                      std::size_t count);

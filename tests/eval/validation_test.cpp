@@ -27,7 +27,7 @@ TEST(DrawSounds, TakesDifferentSoundsOfOneBody) {
       ++taken[sound];
     }
   }
-  // The third body has too few. Of the others each is taken as often, and each of its sounds:
+  // The third object has too few. Of the others each is taken as often, and each of its sounds:
   // 1000 times 3 of 5, 1000 times 3 of 4.
   ASSERT_EQ(taken.size(), 9u);
   for (const auto& [sound, times] : taken) EXPECT_NEAR(times, sound < 10 ? 600 : 750, 100) << sound;

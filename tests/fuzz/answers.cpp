@@ -67,7 +67,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
       for (const char* part : {"validation", "test"}) {
         if (input.next() % 16 == 0) continue;
         const core::Hdf5Group group = root.create_group(part);
-        for (const char* name : {"key", "label", "body", "strike", "scores"}) {
+        for (const char* name : {"key", "label", "object", "strike", "scores"}) {
           write_any(group, name, input);
         }
       }

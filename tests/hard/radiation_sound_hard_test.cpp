@@ -41,11 +41,11 @@ TEST(RadiationHard, ListenerOnTheSurface) {
     EXPECT_EQ(text.substr(0, with.size()), with);
   };
   // Which listener, how far, and how far would do. The first is far enough.
-  begins(refusal([&] { heard_radiation(modes, on); }), "listener 1 is too near to the body, ");
-  begins(refusal([&] { heard_radiation(modes, in); }), "listener 0 is inside the body, 0.03");
+  begins(refusal([&] { heard_radiation(modes, on); }), "listener 1 is too near to the object, ");
+  begins(refusal([&] { heard_radiation(modes, in); }), "listener 0 is inside the object, 0.03");
   EXPECT_NE(refusal([&] { heard_radiation(modes, on); }).find("meant from 0."), std::string::npos);
   begins(refusal([&] { modal::monopole(modes, on); }),
-         "listener 1 is 0.05 m from the body's centre");
+         "listener 1 is 0.05 m from the object's centre");
   const auto sheet =
       modes_with(disc(0.1, 1e-3), {1e6}, [](int, const Vec3&) { return Vec3(0, 0, 1); });
   const std::vector<modal::Listener> touching = {{{0.03, 0, 5e-4}}};

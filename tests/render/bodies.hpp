@@ -11,8 +11,8 @@
 namespace carillon::render {
 
 /// Body turned about z from a closed (radius, height) outline, counter-clockwise; outward faces.
-inline solvers::mesh::SurfaceMesh turned_body(const std::vector<std::array<double, 2>>& outline,
-                                              int segments) {
+inline solvers::mesh::SurfaceMesh turned_object(const std::vector<std::array<double, 2>>& outline,
+                                                int segments) {
   solvers::mesh::SurfaceMesh mesh;
   const int n = static_cast<int>(outline.size());
   for (int i = 0; i < segments; ++i) {
@@ -46,7 +46,7 @@ inline solvers::mesh::SurfaceMesh sphere(double radius, int segments = 64) {
     const bool pole = i == 0 || i == rings;
     outline.push_back({pole ? 0 : radius * std::cos(angle), radius * std::sin(angle)});
   }
-  return turned_body(outline, segments);
+  return turned_object(outline, segments);
 }
 
 /// Half a hollow sphere, open upwards.
@@ -59,7 +59,7 @@ inline solvers::mesh::SurfaceMesh bowl(double radius, double wall, int segments 
   };
   for (int i = 0; i <= rings; ++i) add(radius, i);
   for (int i = rings; i >= 0; --i) add(radius - wall, i);
-  return turned_body(outline, segments);
+  return turned_object(outline, segments);
 }
 
 inline solvers::mesh::SurfaceMesh box(const Vec3& low, const Vec3& high) {

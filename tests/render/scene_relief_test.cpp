@@ -278,7 +278,7 @@ TEST(SceneRelief, LooksLikeTheMeshOfTheSameDetail) {
 // walls.
 TEST(SceneRelief, EndsWithItsFaceAndHasWallsWithinIt) {
   const SurfaceMap map = maps::generate_map("pebbles", {}, 256, 1);
-  SceneBody disc{turned_body({{0, -0.03}, {0.05, -0.03}, {0.05, 0}, {0, 0}}, 256), {}, {}, {}};
+  SceneBody disc{turned_object({{0, -0.03}, {0.05, -0.03}, {0.05, 0}, {0, 0}}, 256), {}, {}, {}};
   SceneBody plate{box({-0.08, -0.08, -0.03}, {0.08, 0.08, 0}), {}, {}, {}};
   const maps::TexturedFace face{std::make_shared<const SurfaceMap>(map),
                                 {-0.06, -0.06, 0},

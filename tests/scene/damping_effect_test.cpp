@@ -34,12 +34,12 @@ SceneEffect read(const std::string& text, const std::vector<std::string>& materi
   return effect;
 }
 
-/// A body with modes at 500, 900, 2,500 and 3,100 Hz, of whom the model lets the second and third
-/// grow: c is a parabola with roots at 800 and 3,000 Hz.
+/// An object with modes at 500, 900, 2,500 and 3,100 Hz, of whom the model lets the second and
+/// third grow: c is a parabola with roots at 800 and 3,000 Hz.
 struct Growing {
   solvers::modes::Modes modes;
   std::vector<synth::material::Material> materials = {synth::material::parse_material("steel")};
-  RingingBody body;
+  RingingObject body;
 
   Growing() {
     const double l1 = at_hertz(800), l2 = at_hertz(3000);
@@ -129,7 +129,7 @@ TEST(DampingEffect, DropLeavesSuchModesOutAndSaysWhere) {
   EXPECT_EQ(sound.rings.excitation, Eigen::Vector4d(1, 0, 0, 1));
   EXPECT_EQ(sound.rings.readout.velocity, Eigen::RowVector4d(1, 0, 0, 1));
   EXPECT_EQ(synth::modal::sounding_modes(sound.rings, 44100), 2u);
-  // A body without such modes gives the same columns.
+  // An object without such modes gives the same columns.
   Growing sane;
   sane.body.id = "plate/steel/1";
   sane.materials[0] = synth::material::parse_material("steel");

@@ -49,7 +49,7 @@ inline Heard hear(const std::string& text, std::span<const Effect> registry = ef
   core::Columns record{columns()};
   const std::size_t before = test::allocated().bytes;
   SoundChain chain(scene, "", heard.trace);
-  const RingingBody body = chain.prepare("ball", "ball", modes, materials);
+  const RingingObject body = chain.prepare("ball", "ball", modes, materials);
   for (int i = 0; i < strikes; ++i) {
     Sound sound;
     sound.body = &body;

@@ -134,7 +134,7 @@ struct Wet {
 /// A click through the effects in their order.
 Wet click(const std::string& text, bool room, bool tail) {
   const Scene scene = scene_with();
-  RingingBody body;
+  RingingObject body;
   body.centre = {0.1, 0.2, 0.3};
   body.listeners = {{body.centre + scene.listeners[0].position}};
   core::Columns record(columns());

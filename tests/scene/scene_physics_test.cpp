@@ -51,7 +51,7 @@ TEST(ScenePhysics, SupportsTakeEnergyAndNeverGiveAny) {
   }
 }
 
-// A dead body: what is heard late is the room.
+// A dead object: what is heard late is the room.
 TEST(ScenePhysics, RoomsDecayAsLongAsTheyWereAskedTo) {
   const std::string dead =
       "youngs_modulus=7e10,poisson_ratio=0.2,density=2500,alpha1=4000,alpha2=0";

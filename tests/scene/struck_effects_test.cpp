@@ -47,7 +47,7 @@ struct Struck {
   synth::modal::SurfaceSampler sampler{modes.surface};
   core::Trace trace;
   core::Columns record{columns()};
-  RingingBody body;
+  RingingObject body;
   Sound sound;
 
   explicit Struck(const Scene& scene, std::uint64_t id = 1, std::vector<double> strikes = {0},
@@ -136,7 +136,7 @@ TEST(StruckEffects, ClickAddsTheBodysJumpToThePressure) {
   EXPECT_GT(largest, 0.0f);
 }
 
-// Nothing is known of a click inside the sphere that stands for the body.
+// Nothing is known of a click inside the sphere that stands for the object.
 TEST(StruckEffects, ListenersTooNearAreWithoutTheClickUnlessItIsAskedForByHand) {
   const std::string sources = "radiation: {min_sources: 40, max_sources: 40}\n";
   const std::string near =
@@ -170,7 +170,7 @@ TEST(StruckEffects, ClickIsOffWhereTheBodyIsHeld) {
   EXPECT_NE(decision(held, "click").reason.find("scene.yaml:2"), std::string::npos);
 }
 
-// Dashpots stop a body long after the contact: it jumps as if it were free.
+// Dashpots stop an object long after the contact: it jumps as if it were free.
 TEST(StruckEffects, SupportsLeaveClickAndImpulseAsTheyAre) {
   const std::string text = listener + "striker: {kind: metal, speed: 1}\n";
   const Struck free(scene_of(text));
@@ -249,16 +249,16 @@ TEST(StruckEffects, ABallsMassFollowsItsRadius) {
     return recorded(Struck(scene_of("striker: {speed: 1, " + more + "}\n")),
                     "striker_effective_mass");
   };
-  const auto with_body = [](double m) { return 1 / (1 / m + 1 / 0.28); };
+  const auto with_object = [](double m) { return 1 / (1 / m + 1 / 0.28); };
   const double metal = synth::contact::preset_striker("metal").mass;
-  EXPECT_NEAR(mass("kind: metal") / with_body(metal), 1, 1e-12);
-  EXPECT_NEAR(mass("kind: metal, radius: 1 mm") / with_body(metal / 512), 1, 1e-12);
+  EXPECT_NEAR(mass("kind: metal") / with_object(metal), 1, 1e-12);
+  EXPECT_NEAR(mass("kind: metal, radius: 1 mm") / with_object(metal / 512), 1, 1e-12);
   EXPECT_NEAR(mass("kind: rubber, radius: 6 mm") /
-                  with_body(synth::contact::preset_striker("rubber").mass / 8),
+                  with_object(synth::contact::preset_striker("rubber").mass / 8),
               1, 1e-12);
-  EXPECT_NEAR(mass("kind: metal, radius: 1 mm, mass: 3 g") / with_body(0.003), 1, 1e-12);
+  EXPECT_NEAR(mass("kind: metal, radius: 1 mm, mass: 3 g") / with_object(0.003), 1, 1e-12);
   // A fingertip is no ball.
-  EXPECT_NEAR(mass("kind: finger, radius: 1 mm") / with_body(0.02), 1, 1e-12);
+  EXPECT_NEAR(mass("kind: finger, radius: 1 mm") / with_object(0.02), 1, 1e-12);
 }
 
 TEST(StruckEffects, AnUnknownStrikerIsToldAllThereAre) {

@@ -47,7 +47,7 @@ Held hold(const std::string& supports, std::uint64_t id = 1, const std::string& 
   static const solvers::modes::Modes modes = ball();
   static const synth::modal::SurfaceSampler sampler(modes.surface);
   const EffectParts parts = read_effect("supports: {" + supports + "}").start("");
-  RingingBody body;
+  RingingObject body;
   body.id = "ball/" + material;
   body.shape = "ball";
   body.modes = &modes;

@@ -2,7 +2,8 @@
 
 namespace carillon::dataset::exporters {
 
-/// What every Faust program of a body says before its modes: the strike, and a mode as a resonator.
+/// What every Faust program of an object says before its modes: the strike, and a mode as a
+/// resonator.
 ///
 /// A mode's state is (omega q, q'). One sample multiplies it by the exact solution over a step: a
 /// matrix whose norm is at most 1, as the energy of a damped oscillator never grows. So the bank is
@@ -76,7 +77,7 @@ with {
   sin2(t) = br*s(t) + bi*c(t) + ab(t)*ai - bb(t)*bi;
 
   heard = square < (ma.PI*ma.SR)*(ma.PI*ma.SR);  // below half the sample rate
-  g = heard*gain/(size*size*size);               // the body's mass grows with its volume
+  g = heard*gain/(size*size*size);               // the object's mass grows with its volume
   in1 = (g*one1(step))*level - (g*cos1(step))*cosine + (g*sin1(step))*sine
       - (g*(one1(rest) - cos1(rest)))*end;
   in2 = (g*one2(step))*level - (g*cos2(step))*cosine + (g*sin2(step))*sine

@@ -40,7 +40,7 @@ std::string difference(const std::string& old, const std::string& now) {
   return text;
 }
 
-bool same_body(const plan::Shape& a, const plan::Shape& b) {
+bool same_object(const plan::Shape& a, const plan::Shape& b) {
   return a.family == b.family && a.path == b.path && a.sha256 == b.sha256 &&
          solvers::mesh::to_json(a.request) == solvers::mesh::to_json(b.request);
 }
@@ -51,8 +51,9 @@ std::string lost(const plan::BuildPlan& old, const plan::BuildPlan& now) {
   for (const plan::Shape& shape : now.shapes) shapes[shape.id] = &shape;
   for (const plan::Shape& shape : old.shapes) {
     const auto found = shapes.find(shape.id);
-    if (found == shapes.end()) return fmt::format("the body {} would go", shape.id);
-    if (!same_body(shape, *found->second)) return fmt::format("{} would be another body", shape.id);
+    if (found == shapes.end()) return fmt::format("the object {} would go", shape.id);
+    if (!same_object(shape, *found->second))
+      return fmt::format("{} would be another body", shape.id);
     if (shape.split_shape != found->second->split_shape ||
         shape.identity != found->second->identity) {
       return fmt::format("{} would move to another part of the split", shape.id);
@@ -69,7 +70,7 @@ std::string lost(const plan::BuildPlan& old, const plan::BuildPlan& now) {
 /// A task that was done from other files than those that the old configuration finds now.
 std::string done_from_others(const configuration::BuildConfig& config, plan::BuildPlan plan,
                              const std::map<std::string, json>& entries) {
-  // Simulations were cast with the bodies that there were then; files may match that came since.
+  // Simulations were cast with the objects that there were then; files may match that came since.
   for (plan::BuildTask& task : plan.tasks) {
     std::erase_if(task.cast, [&](std::size_t shape) {
       return !entries.contains("modes/" + plan.shapes[shape].id);

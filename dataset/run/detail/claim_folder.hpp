@@ -10,8 +10,8 @@
 namespace carillon::dataset::run {
 
 /// Writes the resolved configuration, and the fingerprint of what was read with it, into a folder
-/// that is new or was made by the same configuration or one that this one adds to: bodies, strikes,
-/// materials or sizes more, everything else the same. Any other folder is refused.
+/// that is new or was made by the same configuration or one that this one adds to: objects,
+/// strikes, materials or sizes more, everything else the same. Any other folder is refused.
 /// @param entries  of the folder's journal
 /// @throws ConfigError   with the lines that differ
 /// @throws StorageError  it cannot be written

@@ -15,7 +15,7 @@ std::string quoted(const std::string& word) {
   return out + "'";
 }
 
-/// Key of the sample that a failure is met with: the one that failed, or any of the same body.
+/// Key of the sample that a failure is met with: the one that failed, or any of the same object.
 std::string sample_of(const LoadedBuild& build, const plan::BuildTask& task,
                       const std::string& item) {
   if (!item.empty()) return item;
@@ -23,10 +23,10 @@ std::string sample_of(const LoadedBuild& build, const plan::BuildTask& task,
   for (const plan::Sample& sample : build.plan.samples) {
     if (sample.shape == task.shape) return sample.key;
   }
-  return "";  // a body that no given strike speaks of
+  return "";  // an object that no given strike speaks of
 }
 
-/// The command that meets a failed task's reason again: one sample of the same body, or, where
+/// The command that meets a failed task's reason again: one sample of the same object, or, where
 /// files could not be written, the build itself.
 std::string reproduce(const LoadedBuild& build, const std::string& output,
                       const plan::BuildTask& task, const json& entry) {
@@ -41,7 +41,7 @@ std::string reproduce(const LoadedBuild& build, const std::string& output,
   return command + " --sample " + quoted(sample);
 }
 
-/// Samples tasks that are left out because the modes of their body failed.
+/// Samples tasks that are left out because the modes of their object failed.
 json skipped_with(const LoadedBuild& build, const plan::BuildTask& failed,
                   const std::map<std::string, json>& finished) {
   json skipped = json::array();

@@ -70,7 +70,7 @@ std::string TaskInputs::of_shape(std::size_t index) const {
   hash.add(common_).add(shape.id).add("\n").add(shape.family).add("\n").add(shape.identity);
   hash.add(shape.sha256);
   hash.add(shape.split_shape).add(solvers::mesh::to_json(shape.request).dump());
-  // The modes of a body serve all its materials and sizes: their bits depend on every one.
+  // The modes of an object serve all its materials and sizes: their bits depend on every one.
   for (const plan::Variant& variant : shape.variants) {
     hash.add(fmt::format("{} {}\n", variant.material, variant.size));
     if (source.object.groups.empty()) {

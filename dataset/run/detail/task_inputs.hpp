@@ -10,7 +10,7 @@
 namespace carillon::dataset::run {
 
 /// What decides a task's results, as hashes. The journal keeps them, so that a later run knows
-/// which results are still those of its configuration: a body or a strike more leaves all others
+/// which results are still those of its configuration: an object or a strike more leaves all others
 /// alone.
 class TaskInputs {
  public:

@@ -71,7 +71,8 @@ ordered_json variant_results(const run::BuildRun& run, const run::Results& resul
                       {"audio_unit", nullptr}};
   if (results.samples == 0) return row;
   const Hdf5Group index = Hdf5Group::open_file(run.folders.output / "index.h5");
-  if (index.has("pitch_error")) {  // a simulation is of several bodies, each with errors of its own
+  if (index.has(
+          "pitch_error")) {  // a simulation is of several objects, each with errors of its own
     const std::vector<double> errors = index.read<double>("pitch_error");
     row["pitch_error_worst_cents"] = *std::max_element(errors.begin(), errors.end());
     row["pitch_error_median_cents"] = median_of(errors);

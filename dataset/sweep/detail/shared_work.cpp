@@ -127,7 +127,7 @@ SharingCounts count_shared_work(const std::vector<run::LoadedBuild>& builds) {
       const plan::BuildTask& task = build.plan.tasks[t];
       if (task.kind != plan::TaskKind::modes) continue;
       const SharedKeys keys = work.keys(build.config, build.plan.shapes[task.shape]);
-      ++counts.bodies;
+      ++counts.objects;
       meshes.insert(keys.mesh);
       if (!solves.insert(keys.modes).second) {
         counts.seconds_saved += std::max(0.0, tasks[t].cost - cached_modes_seconds);

@@ -30,14 +30,14 @@ std::string modes_line(const StudiedObject& object, const solvers::modes::Band& 
   const auto& file = object.request.file;
   const double usual_tolerance = solvers::mesh::MeshFile().wrap_tolerance;
   if (!shape.profile.empty() || file.wrap_tolerance != usual_tolerance) return "";
-  std::string body = file.path;
+  std::string named = file.path;
   if (!shape.family.empty()) {
-    body = shape.family;
+    named = shape.family;
     for (const auto& [name, value] : shape.parameters) {
-      body += fmt::format("{}{}={}m", body == shape.family ? ':' : ',', name, value);
+      named += fmt::format("{}{}={}m", named == shape.family ? ':' : ',', name, value);
     }
   }
-  std::string line = "carillon modes " + shell_word(body);
+  std::string line = "carillon modes " + shell_word(named);
   if (file.length > 0) line += fmt::format(" --length {}m", file.length);
   if (file.thickness > 0) line += fmt::format(" --thickness {}m", file.thickness);
   if (object.any_size) line += " --any-size";

@@ -7,7 +7,7 @@
 
 namespace carillon::eval::accuracy {
 
-/// The command that refines a body to a target as the study does: the same band, number of modes
+/// The command that refines an object to a target as the study does: the same band, number of modes
 /// and bound on elements. For a shell.
 /// @return "" for a turned profile, which has no form on the command line
 std::string modes_line(const StudiedObject& object, const solvers::modes::Band& band,

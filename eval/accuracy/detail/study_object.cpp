@@ -4,7 +4,7 @@
 
 namespace carillon::eval::accuracy {
 
-solvers::mesh::MeshRequest only_body(const core::ConfigNode& node, const scene::Object& object) {
+solvers::mesh::MeshRequest only_mesh(const core::ConfigNode& node, const scene::Object& object) {
   if (object.modelnet) {
     node.fail("modelnet", "a study takes single bodies", "name one of its files: `mesh:`");
   }
@@ -20,7 +20,7 @@ solvers::mesh::MeshRequest only_body(const core::ConfigNode& node, const scene::
 
 std::string only_material(const core::ConfigNode& node, const scene::Object& object) {
   if (object.materials.size() != 1) {
-    node.fail("materials", "a study takes each body in one material");
+    node.fail("materials", "a study takes each object in one material");
   }
   return object.materials.front();
 }

@@ -6,12 +6,12 @@
 
 namespace carillon::eval::accuracy {
 
-/// The one body of an object of a study: its file, or its shape with each parameter in the middle
+/// What to mesh for an object of a study: its file, or its shape with each parameter in the middle
 /// of its range, scaled to its `length`.
 /// @param node  where the object stands, for messages
 /// @throws ConfigError  it has several, parameters that contradict each other, or a size outside
 ///                      1 mm to 10 m without `any_size`
-solvers::mesh::MeshRequest only_body(const core::ConfigNode& node, const scene::Object& object);
+solvers::mesh::MeshRequest only_mesh(const core::ConfigNode& node, const scene::Object& object);
 
 /// Its one material.
 /// @throws ConfigError  it has several

@@ -115,7 +115,7 @@ void remark(MaterialEstimate& estimate, std::span<const features::Feature> featu
   const auto total = static_cast<std::ptrdiff_t>(features.size());
   if (2 * matched < total) {
     remarks.push_back(fmt::format(
-        "poorly determined: {} of {} features lie near a mode of the estimate; is it this body, "
+        "poorly determined: {} of {} features lie near a mode of the estimate; is it this object, "
         "struck there, and is its mesh true to size?",
         matched, total));
   }
@@ -153,7 +153,8 @@ void remark(MaterialEstimate& estimate, std::span<const features::Feature> featu
   }
   if (!estimate.converged) remarks.emplace_back("the search ended before it had converged");
   remarks.emplace_back(
-      "the specific modulus takes in the body's size: a body 1 % larger than its mesh comes out "
+      "the specific modulus takes in the object's size: an object 1 % larger than its mesh comes "
+      "out "
       "2 % lower");
 }
 

@@ -11,7 +11,8 @@ namespace carillon::eval::networks {
 
 /// Sounds of none of the classes, which a network that hears learns to be unsure of (outlier
 /// exposure, Hendrycks, Mazeika and Dietterich 2019, eq. 1): noises, and the lower part of one
-/// class's sound with the upper part of another's, alike to sounds of bodies that it does not know.
+/// class's sound with the upper part of another's, alike to sounds of objects that it does not
+/// know.
 class Outliers {
  public:
   /// @param format  of the sounds; the noises are drawn once, the same for all ranks

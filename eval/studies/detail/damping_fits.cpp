@@ -16,23 +16,23 @@ namespace carillon::eval::studies {
 
 using nlohmann::json;
 
-SoundsByBody::SoundsByBody(const dataset::plan::BuildPlan& plan) {
+SoundsByObject::SoundsByObject(const dataset::plan::BuildPlan& plan) {
   std::map<std::string, std::map<std::string, std::size_t>> places;
   for (std::size_t i = 0; i < plan.samples.size(); ++i) {
     const dataset::plan::Sample& sample = plan.samples[i];
     const dataset::plan::Shape& shape = plan.shapes[sample.shape];
     const dataset::plan::Variant& variant = shape.variants[sample.variant];
-    auto& bodies = bodies_[variant.material];
+    auto& objects = objects_[variant.material];
     const auto [place, is_new] = places[variant.material].emplace(
-        fmt::format("{}/{}", shape.id, variant.size), bodies.size());
-    if (is_new) bodies.emplace_back();
-    bodies[place->second].push_back(i);
+        fmt::format("{}/{}", shape.id, variant.size), objects.size());
+    if (is_new) objects.emplace_back();
+    objects[place->second].push_back(i);
   }
 }
 
-const std::vector<std::vector<std::size_t>>& SoundsByBody::bodies(
+const std::vector<std::vector<std::size_t>>& SoundsByObject::objects(
     const std::string& material) const {
-  return bodies_.at(material);
+  return objects_.at(material);
 }
 
 FeatureStore::FeatureStore(const EvaluatedDatasets& datasets, const std::vector<SoundBlock>& blocks,
@@ -167,13 +167,15 @@ BlockFits compute_fits(const FitBlock& block, const DampingValidation& validatio
                        const EvaluatedDatasets& datasets, FeatureStore& store) {
   const std::string& material = validation.materials[block.condition][block.material].name;
   const std::string& from = validation.from[block.from];
-  auto bodies = SoundsByBody(datasets.conditions()[block.condition].build->plan).bodies(material);
+  auto objects =
+      SoundsByObject(datasets.conditions()[block.condition].build->plan).objects(material);
   const std::vector<SoundFeatures>& sounds = store.sounds(block.condition, block.source);
-  for (auto& body : bodies) std::erase_if(body, [&](std::size_t i) { return !sounds[i].there; });
+  for (auto& object : objects)
+    std::erase_if(object, [&](std::size_t i) { return !sounds[i].there; });
   if (from == "material") {
     std::vector<std::size_t> all;
-    for (const auto& body : bodies) all.insert(all.end(), body.begin(), body.end());
-    bodies = {all};
+    for (const auto& object : objects) all.insert(all.end(), object.begin(), object.end());
+    objects = {all};
   }
   BlockFits result{.inputs = block.inputs, .block = block.key, .points = 0, .fits = {}, .why = {}};
   std::vector<double> points;
@@ -182,7 +184,7 @@ BlockFits compute_fits(const FitBlock& block, const DampingValidation& validatio
         validation.seed,
         core::stable_hash(fmt::format("{}/{}/{}/{}", material, from, block.sounds, draw)),
         "evaluate.damping.sounds");
-    const auto data = data_of(validation::draw_sounds(bodies, block.sounds, random), sounds);
+    const auto data = data_of(validation::draw_sounds(objects, block.sounds, random), sounds);
     points.push_back(static_cast<double>(data.size()));
     for (const NamedEstimator& estimator : validation.estimators) {
       std::vector<double>& parameters = result.fits[estimator.name].emplace_back();

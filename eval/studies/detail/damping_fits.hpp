@@ -19,19 +19,19 @@ struct FitBlock {
   std::size_t material = 0;  ///< of the condition's
   std::size_t from = 0;      ///< of DampingValidation::from
   std::size_t sounds = 0;    ///< of each fit
-  std::string key;           ///< for people: esprit/clean/steel/body/20
+  std::string key;           ///< for people: esprit/clean/steel/object/20
   std::string inputs;        ///< hash of all that decides the numbers
 };
 
-/// Sounds of a dataset by material and body, in the order of the plan.
-class SoundsByBody {
+/// Sounds of a dataset by material and object, in the order of the plan.
+class SoundsByObject {
  public:
-  explicit SoundsByBody(const dataset::plan::BuildPlan& plan);
-  /// Of each body of a material, at each of its sizes, numbers of its samples in the plan.
-  const std::vector<std::vector<std::size_t>>& bodies(const std::string& material) const;
+  explicit SoundsByObject(const dataset::plan::BuildPlan& plan);
+  /// Of each object of a material, at each of its sizes, numbers of its samples in the plan.
+  const std::vector<std::vector<std::size_t>>& objects(const std::string& material) const;
 
  private:
-  std::map<std::string, std::vector<std::vector<std::size_t>>> bodies_;
+  std::map<std::string, std::vector<std::vector<std::size_t>>> objects_;
 };
 
 /// What a fit can be made from, read when it is first asked for.

@@ -35,14 +35,16 @@ struct DampingValidation {
   std::vector<NamedEstimator> estimators;
   std::vector<std::size_t> sounds;  ///< that one fit is made from, ascending
   int draws = 30;                   ///< sets of sounds for each number of them
-  std::vector<std::string> from;    ///< body: sounds of one body at a time; material: of any body
+  std::vector<std::string>
+      from;  ///< object: sounds of one object at a time; material: of any object
   std::uint64_t seed = 0;
   std::vector<FeatureSource> sources;
   bool keep_reverberant = false;  ///< features that may be the room's are fitted, too
   std::vector<std::vector<TrueMaterial>> materials;  ///< by condition
 };
 
-/// @throws ConfigError  also where the datasets' materials have no such damping, or bodies have too
+/// @throws ConfigError  also where the datasets' materials have no such damping, or objects have
+/// too
 ///                      few sounds
 DampingValidation read_damping_config(core::ConfigNode& node, const EvaluatedDatasets& datasets);
 

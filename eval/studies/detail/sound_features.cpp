@@ -25,7 +25,7 @@ namespace {
 
 /// So many sounds are lost at most by each rank of a run that is killed.
 constexpr std::size_t sounds_per_block = 32;
-/// The modes of a body are at hand for all of its sounds.
+/// The modes of an object are at hand for all of its sounds.
 constexpr std::size_t truths_per_block = 256;
 /// Of what is kept. Raise it when the same sound gives other features.
 constexpr int revision = 4;

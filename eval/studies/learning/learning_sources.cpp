@@ -46,7 +46,7 @@ void require_one_part(const std::vector<const learning::SampleSource*>& sources,
   std::map<std::string, std::string> part_of;
   for (const learning::SampleSource* source : sources) {
     const std::vector<std::string> names =
-        split == "split_shape" ? source->body_names() : source->strike_names();
+        split == "split_shape" ? source->object_names() : source->strike_names();
     const std::vector<std::string> keys = source->keys();
     const std::vector<std::string> parts = source->labels(split);
     for (std::size_t i = 0; i < names.size(); ++i) {
@@ -54,8 +54,8 @@ void require_one_part(const std::vector<const learning::SampleSource*>& sources,
       if (fresh || at->second == parts[i]) continue;
       throw core::InputError(
           fmt::format("{}: {}: the same {} is in {} here and in {} of another source",
-                      source->name(), keys[i], split == "split_shape" ? "body" : "strike", parts[i],
-                      at->second),
+                      source->name(), keys[i], split == "split_shape" ? "object" : "strike",
+                      parts[i], at->second),
           "what is learnt from one would be tested in the other: give both one seed and one split");
     }
   }
@@ -69,10 +69,11 @@ std::unique_ptr<learning::SampleSource> open_source(
     // Their splits are checked where they are asked for.
     mpi::agreed(world, [&] { source = learning::open_recordings(*condition.recordings, format); });
     if (mpi::rank(world) == 0 && splits_of(config).count("split_shape") > 0 &&
-        source->body_names() == source->strike_names()) {
+        source->object_names() == source->strike_names()) {
       spdlog::warn(
-          "{}: every sound counts as a body of its own, so one body may be learnt from and tested: "
-          "name the column of bodies in recordings.body_column",
+          "{}: every sound counts as an object of its own, so one object may be learnt from and "
+          "tested: "
+          "name the column of objects in recordings.object_column",
           source->name());
     }
     return source;

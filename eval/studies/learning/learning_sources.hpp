@@ -27,15 +27,15 @@ std::unique_ptr<learning::SampleSource> open_source(
     const Condition& condition, const LearningConfig& config, MPI_Comm world,
     const std::optional<learning::ClipFormat>& format = {});
 
-/// Refuses sources that have a sound, or a body where bodies are held out, in different parts.
+/// Refuses sources that have a sound, or an object where objects are held out, in different parts.
 /// @throws InputError  names it
 void require_one_part(const std::vector<const learning::SampleSource*>& sources,
                       const std::string& split);
 
 /// Every dataset of a configuration that is built, or with `train.join` or `train.with` all of them
 /// as one, whose column `dataset` says which each sample is of.
-/// @throws InputError, FileError  as open_source(); joined ones of a sweep that have a strike or a
-///                                body in two parts
+/// @throws InputError, FileError  as open_source(); joined ones of a sweep that have a strike or an
+///                                object in two parts
 /// @note Collective on world.
 std::vector<LearningSource> open_learning_sources(const LearningConfig& config,
                                                   const EvaluatedDatasets& datasets,

@@ -26,7 +26,7 @@ json read_description(const fs::path& dataset) {
   if (!fs::exists(path)) {
     throw core::InputError(
         fmt::format("{}, which it was trained with, is no dataset", dataset.string()),
-        "bodies come from a dataset of carillon build: recordings have none");
+        "objects come from a dataset of carillon build: recordings have none");
   }
   json description = core::read_json(path);
   if (description.is_null()) {
@@ -100,8 +100,8 @@ YAML::Node parse(const std::string& text, const std::string& file) {
 
 }  // namespace
 
-RecognisedBody body_of_class(const fs::path& dataset, const std::string& column,
-                             const std::string& name) {
+RecognisedObject object_of_class(const fs::path& dataset, const std::string& column,
+                                 const std::string& name) {
   if (column != "shape" && column != "family") {
     throw core::InputError(fmt::format("a class of the column {} is no body", column),
                            "train a task whose column is shape or family");
@@ -115,7 +115,7 @@ RecognisedBody body_of_class(const fs::path& dataset, const std::string& column,
     if (size != 1) entry += fmt::format(", sizes: [{}]", size);
     return {id, entry, ""};
   }
-  throw core::InputError(fmt::format("{} has no body of {} {}", dataset.string(), column, name),
+  throw core::InputError(fmt::format("{} has no object of {} {}", dataset.string(), column, name),
                          "the dataset was changed after the training");
 }
 
@@ -147,12 +147,12 @@ std::string material_of_class(const fs::path& dataset, const std::string& name) 
                          "the dataset was changed after the training");
 }
 
-std::string with_body(const std::string& text, const std::string& file, const RecognisedBody& body,
-                      const Eigen::Vector3d& place) {
+std::string with_object(const std::string& text, const std::string& file,
+                        const RecognisedObject& heard, const Eigen::Vector3d& place) {
   const YAML::Node root = parse(text, file);
   const YAML::Node objects = list_of(root, {"objects"}, file);
   const YAML::Node bodies = list_of(root, {"motion", "bodies"}, file);
-  const std::string name = "recognised-" + body.name;
+  const std::string name = "recognised-" + heard.name;
   for (const YAML::Node& object : objects) {
     if (object["name"] && object["name"].as<std::string>() == name) {
       throw core::InputError(fmt::format("{}: it has an object {} already", file, name),
@@ -160,7 +160,7 @@ std::string with_body(const std::string& text, const std::string& file, const Re
     }
   }
   const std::string object =
-      fmt::format("{{{}, name: {}, materials: [\"{}\"]}}", body.entry, name, body.material);
+      fmt::format("{{{}, name: {}, materials: [\"{}\"]}}", heard.entry, name, heard.material);
   const std::string moved =
       fmt::format("{{object: {}, at: [{}, {}, {}]}}", name, place.x(), place.y(), place.z());
   // The later one first: what stands before it keeps its place.

@@ -6,20 +6,20 @@
 
 namespace carillon::eval::studies {
 
-/// A body that was recognised by its sound, as an object of a scene.
-struct RecognisedBody {
+/// An object that was recognised by its sound, as an object of a scene.
+struct RecognisedObject {
   std::string name;      ///< in its dataset; the object is `recognised-NAME`
   std::string entry;     ///< YAML on one line: shape or mesh, with its parameters
   std::string material;  ///< a preset's name, or its values
 };
 
-/// The body of a dataset that stands for a class.
+/// The object of a dataset that stands for a class.
 /// @param dataset   folder with dataset.json
-/// @param column    of the class: shape or family; of a family its first body
-/// @throws InputError  no such body, or none that could be made again elsewhere
+/// @param column    of the class: shape or family; of a family its first object
+/// @throws InputError  no such object, or none that could be made again elsewhere
 /// @throws FileError   no dataset.json that can be read
-RecognisedBody body_of_class(const std::filesystem::path& dataset, const std::string& column,
-                             const std::string& name);
+RecognisedObject object_of_class(const std::filesystem::path& dataset, const std::string& column,
+                                 const std::string& name);
 
 /// A material as scenes name it: a preset by its name, a dataset's own by its values.
 /// @throws InputError  the dataset has no such material
@@ -28,9 +28,9 @@ std::string material_of_class(const std::filesystem::path& dataset, const std::s
 /// A scene's text with one object more, at a place: an entry of `objects` and one of
 /// `motion.bodies`. Comments and all else stay as they are.
 /// @param text   YAML of a configuration with both lists
-/// @param place  of the centre of the body's box [m], in the world
+/// @param place  of the centre of the object's box [m], in the world
 /// @throws InputError  no such lists, not YAML, or the object is there already; names the file
-std::string with_body(const std::string& text, const std::string& file, const RecognisedBody& body,
-                      const Eigen::Vector3d& place);
+std::string with_object(const std::string& text, const std::string& file,
+                        const RecognisedObject& object, const Eigen::Vector3d& place);
 
 }  // namespace carillon::eval::studies

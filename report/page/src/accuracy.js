@@ -12,7 +12,7 @@ export function accuracySection(report) {
   const drawn = (documents, make) => documents.flatMap((document) => safely(() => make(document)));
   const figures = [
     ...drawn(report.studies, modesFigures),
-    ...drawn(firstOfName(report.datasets).filter((dataset) => solvedShapes(dataset).length > 0), bodiesFigure),
+    ...drawn(firstOfName(report.datasets).filter((dataset) => solvedShapes(dataset).length > 0), objectsFigure),
     ...drawn(report.studies, soundFigures),
     ...drawn(report.studies, featureFigures),
     ...drawn(report.damping, fitFigures),
@@ -41,9 +41,9 @@ function failures({ studies, damping }) {
     ...studies.flatMap((study) => [
       ...of("sound", study.sound?.failure),
       ...of("features", study.features?.failure),
-      ...(study.objects ?? []).flatMap((body) => [
-        ...of(body.name, body.failure),
-        ...(body.levels ?? []).flatMap((level) => of(`${body.name}, order ${level.order}, size × ${level.size_factor ?? "chosen"}`, level.failure)),
+      ...(study.objects ?? []).flatMap((object) => [
+        ...of(object.name, object.failure),
+        ...(object.levels ?? []).flatMap((level) => of(`${object.name}, order ${level.order}, size × ${level.size_factor ?? "chosen"}`, level.failure)),
       ]),
     ]),
     ...damping.flatMap((document) => (document.failures ?? []).flatMap((failure) => of(failure.task, failure.message))),
@@ -68,13 +68,13 @@ function solvedShapes(dataset) {
   return dataset.shapes.filter((shape) => shape.pitch_error_cents > 0 && shape.seconds > 0);
 }
 
-// Of a sweep's variants, whose bodies are mostly the same, the first.
+// Of a sweep's variants, whose objects are mostly the same, the first.
 function firstOfName(datasets) {
   return datasets.filter((dataset, i) => datasets.findIndex((other) => other.name === dataset.name) === i);
 }
 
-// Of a dataset's own bodies: estimates, as no reference is solved in a build.
-function bodiesFigure(dataset) {
+// Of a dataset's own objects: estimates, as no reference is solved in a build.
+function objectsFigure(dataset) {
   const rows = solvedShapes(dataset);
   const families = [...new Set(rows.map((row) => row.family))];
   const told = families.length <= colors.length;
@@ -83,7 +83,7 @@ function bodiesFigure(dataset) {
       Plot.plot(
         base(width, {
           height: 260,
-          x: logScale(rows.map((row) => row.seconds), "seconds of the body's modes", (value) => number(value)),
+          x: logScale(rows.map((row) => row.seconds), "seconds of the object's modes", (value) => number(value)),
           y: logScale(rows.map((row) => row.pitch_error_cents), "worst mode, estimated [cents]", (value) => number(value)),
           color: { domain: families, range: colors, legend: told },
           marks: [
@@ -100,8 +100,8 @@ function bodiesFigure(dataset) {
       ),
     {
       narrow: true,
-      title: `Modes: the bodies of ${dataset.name}`,
-      caption: `Each body at the setting of the build${told ? "" : ", its name at the pointer"}. Bodies whose modes came from the cache took no time for them.`,
+      title: `Modes: the objects of ${dataset.name}`,
+      caption: `Each object at the setting of the build${told ? "" : ", its name at the pointer"}. Objects whose modes came from the cache took no time for them.`,
       source: source(dataset.made, `${dataset.folder}/trace.json and modes/`),
     },
   );

@@ -20,7 +20,7 @@ function datasetContent(dataset, index, folded) {
     ${failures(dataset, index)}
     ${stages(dataset)}
     ${effects(dataset)}
-    ${bodies(dataset)}
+    ${objects(dataset)}
     ${ranksOf(dataset)}
     ${configuration(dataset)}
   </div>`;
@@ -28,14 +28,14 @@ function datasetContent(dataset, index, folded) {
 }
 
 function summaryLine(dataset) {
-  return `${count(dataset.samples, "sound")} of ${count(dataset.bodies, "body", "bodies")}`;
+  return `${count(dataset.samples, "sound")} of ${count(dataset.objects, "object", "objects")}`;
 }
 
 function summary(dataset) {
   const about = dataset.about;
   const tiles = [
     ["sounds", dataset.samples.toLocaleString("en")],
-    ["bodies", dataset.bodies.toLocaleString("en")],
+    ["objects", dataset.objects.toLocaleString("en")],
     ["materials", dataset.materials.length],
     ["failed tasks", dataset.failed],
     ["took", seconds(wallSeconds(dataset))],
@@ -94,7 +94,7 @@ function stages(dataset) {
           }),
         ),
       {
-        caption: "Stages of all tasks. Some lie within others, so that they have no sum: the estimate of a body's errors solves it once more, coarser.",
+        caption: "Stages of all tasks. Some lie within others, so that they have no sum: the estimate of an object's errors solves it once more, coarser.",
         source: source(dataset.made, `${dataset.folder}/trace.json`),
       },
     )}`;
@@ -121,11 +121,11 @@ function effects(dataset) {
     </details>`;
 }
 
-function bodies(dataset) {
-  return html`<h3>Bodies</h3>
+function objects(dataset) {
+  return html`<h3>Objects</h3>
     ${table(
       [
-        { title: "body", value: (s) => s.id },
+        { title: "object", value: (s) => s.id },
         { title: "family", value: (s) => s.family },
         { title: "part", value: (s) => s.split },
         { title: "variants", number: true, value: (s) => s.variants },
@@ -139,7 +139,7 @@ function bodies(dataset) {
       ],
       dataset.shapes,
       { most: 100 },
-    )}${leftOut(dataset.bodies - dataset.shapes.length, "modes/ has", "more, which took less time")}
+    )}${leftOut(dataset.objects - dataset.shapes.length, "modes/ has", "more, which took less time")}
     <p class="source">${source(dataset.made, `${dataset.folder}/modes/ and trace.json`)}</p>`;
 }
 

@@ -27,10 +27,10 @@ function content(gallery) {
       sizes are exact rescalings of them; Poisson's ratio stays that of the object.${leftOut(gallery)}</p>${desk.element}`;
 }
 
-function leftOut({ bodies, left_out }) {
+function leftOut({ total, left_out }) {
   const why = Object.entries(left_out).filter(([, number]) => number > 0);
   if (why.length === 0) return "";
-  return ` Of ${bodies} bodies these are not here: ${why.map(([reason, number]) => `${number} ${reason}`).join(", ")}.`;
+  return ` Of ${total} objects these are not here: ${why.map(([reason, number]) => `${number} ${reason}`).join(", ")}.`;
 }
 
 // An object's arrays. gains: displacement along the normal, mode by mode over the vertices [kg^-1/2].

@@ -49,7 +49,7 @@ function dampingContent(document) {
 function conditions(rows) {
   const groups = new Map();
   for (const row of rows) {
-    const name = `${row.condition}; sounds of ${row.from === "body" ? "one body" : "any bodies"}; features by ${row.features}`;
+    const name = `${row.condition}; sounds of ${row.from === "object" ? "one object" : "any objects"}; features by ${row.features}`;
     groups.set(name, [...(groups.get(name) ?? []), row]);
   }
   return [...groups].map(([name, members]) => ({ name, members }));

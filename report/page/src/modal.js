@@ -1,12 +1,12 @@
-// Sound of a struck body from its modes, in closed form, as the program makes it (Hertz-like raised
+// Sound of a struck object from its modes, in closed form, as the program makes it (Hertz-like raised
 // cosine of unit impulse; exact at the sampling instants).
 
-// What a body's modes become in another material or size. Exact: lambda goes with stiffness over
+// What an object's modes become in another material or size. Exact: lambda goes with stiffness over
 // density and the inverse square of size, mass-normalised shapes with the root of the mass.
 // change: {stiffness, density, size} factors; damping(lambda, mode) gives the decay rate d [1/s].
-export function changed(body, change, damping) {
+export function changed(object, change, damping) {
   const factor = change.stiffness / (change.density * change.size ** 2);
-  const lambda = Array.from(body.eigenvalues, (value) => factor * value);
+  const lambda = Array.from(object.eigenvalues, (value) => factor * value);
   return {
     lambda,
     decay: lambda.map((value, mode) => damping(value, mode)),

@@ -27,15 +27,15 @@ function card(sample) {
     ${canvas}
     <audio controls preload="none" src=${`data:audio/wav;base64,${sample.audio}`} aria-label=${sample.key}></audio>
     <div class="views">
-      ${sample.picture ? html`<img src=${`data:image/png;base64,${sample.picture}`} alt=${`Frame of ${sample.body}`} width="120" height="120">` : ""}
+      ${sample.picture ? html`<img src=${`data:image/png;base64,${sample.picture}`} alt=${`Frame of ${sample.object}`} width="120" height="120">` : ""}
       ${sample.voxels ? voxels(sample) : ""}
     </div>
     <dl>${labels.map(([name, value]) => html`<div><dt>${name.replaceAll("_", " ")}</dt><dd>${typeof value === "number" ? number(value, 3) : value}</dd></div>`)}</dl>
   </article>`;
 }
 
-function voxels({ voxels: { resolution, cells }, body }) {
-  const place = html`<span class="voxels" role="img" aria-label=${`Voxels of ${body}`}></span>`;
+function voxels({ voxels: { resolution, cells }, object }) {
+  const place = html`<span class="voxels" role="img" aria-label=${`Voxels of ${object}`}></span>`;
   whenSeen(place, () => place.append(drawVoxels(uint8s(cells), resolution, 120)));
   return place;
 }

@@ -13,14 +13,14 @@ const minCents = 1e-4;
 const orders = new Map([1, 2, 3, 4].map((order, i) => [`order ${order}`, [colors[7], colors[1], colors[0], colors[2]][i]]));
 
 export function modesFigures(study) {
-  const bodies = (study.objects ?? []).filter((body) => solved(body).length > 0);
-  const all = bodies.flatMap(solved);
+  const objects = (study.objects ?? []).filter((object) => solved(object).length > 0);
+  const all = objects.flatMap(solved);
   const present = [...orders.keys()].filter((order) => all.some((level) => `order ${level.order}` === order));
   if (all.length === 0) return [];
   const x = logScale(all.map((level) => level.seconds), "seconds", (value) => number(value));
   const y = logScale(all.map((level) => Math.max(level.worst_cents, minCents)), "worst mode [cents]", (value) => number(value));
-  return bodies.map((body) => {
-    const levels = solved(body).map((level) => ({ ...level, cents: Math.max(level.worst_cents, minCents) }));
+  return objects.map((object) => {
+    const levels = solved(object).map((level) => ({ ...level, cents: Math.max(level.worst_cents, minCents) }));
     const front = levels.filter((level) => level.on_front).sort((a, b) => a.seconds - b.seconds);
     return figure(
       (width) =>
@@ -46,9 +46,9 @@ export function modesFigures(study) {
         ),
       {
         narrow: true,
-        title: `Modes: ${body.name}`,
+        title: `Modes: ${object.name}`,
         caption: [
-          body.half_the_error_costs ? `Half the error costs ${number(body.half_the_error_costs)} times the time (along the line).` : "",
+          object.half_the_error_costs ? `Half the error costs ${number(object.half_the_error_costs)} times the time (along the line).` : "",
           levels.some((level) => level.worst_cents < minCents) ? `Errors below ${number(minCents)} cents are drawn there.` : "",
         ].join(" "),
         source: source(study.made, `${study.folder}/accuracy.json: ${study.modes} modes against a far finer reference`),
@@ -59,17 +59,17 @@ export function modesFigures(study) {
 
 // The same as numbers, and what a target in cents led to.
 export function levelsTables(study) {
-  const rows = (study.objects ?? []).flatMap((body) => solved(body).map((level) => ({ body, ...level })));
-  const chosen = (study.objects ?? []).flatMap((body) => (body.chosen ?? []).map((choice) => ({ body, ...choice, reached: body.levels?.[choice.level]?.worst_cents })));
+  const rows = (study.objects ?? []).flatMap((object) => solved(object).map((level) => ({ object, ...level })));
+  const chosen = (study.objects ?? []).flatMap((object) => (object.chosen ?? []).map((choice) => ({ object, ...choice, reached: object.levels?.[choice.level]?.worst_cents })));
   if (rows.length === 0) return [];
   const cents = (title, value) => ({ title, number: true, value, text: (row) => (value(row) === null || value(row) === undefined ? "–" : `${number(value(row))} cents`) });
-  const bodyOf = { title: "body", value: (row) => row.body.name };
+  const objectOf = { title: "object", value: (row) => row.object.name };
   const time = { title: "time", number: true, value: (row) => row.seconds, text: (row) => seconds(row.seconds) };
   return [
     chosen.length > 0
       ? html`<details><summary>What a target chose: ${study.name}</summary>${table(
           [
-            bodyOf,
+            objectOf,
             cents("asked for", (row) => row.asked_cents),
             cents("true error", (row) => row.reached),
             { title: "met", value: (row) => String(row.met), text: (row) => (row.failure ? html`<span class="bad">${row.failure}</span>` : row.met ? "yes" : "no") },
@@ -81,7 +81,7 @@ export function levelsTables(study) {
       : "",
     html`<details><summary>${rows.length} levels as numbers: ${study.name}</summary>${table(
       [
-        bodyOf,
+        objectOf,
         { title: "order", number: true, value: (row) => row.order },
         { title: "element size", number: true, value: (row) => row.element_size_m, text: (row) => `${number(1000 * row.element_size_m)} mm` },
         { title: "unknowns", number: true, value: (row) => row.unknowns, text: (row) => number(row.unknowns, 6) },
@@ -97,8 +97,8 @@ export function levelsTables(study) {
   ];
 }
 
-function solved(body) {
-  return (body.levels ?? []).filter((level) => level.failure === undefined && level.worst_cents !== undefined);
+function solved(object) {
+  return (object.levels ?? []).filter((level) => level.failure === undefined && level.worst_cents !== undefined);
 }
 
 export function soundFigures(study) {
@@ -115,7 +115,7 @@ export function soundFigures(study) {
             x: logScale(own.map((row) => row.seconds), "seconds of one sound", (value) => seconds(value)),
             y: { label: "difference to the full sound [dB]", grid: true, zero: true, nice: true },
             marks: [
-              Plot.line(own, { x: "seconds", y: "error_db", z: "body", stroke: colors[0], sort: "value" }),
+              Plot.line(own, { x: "seconds", y: "error_db", z: "object", stroke: colors[0], sort: "value" }),
               Plot.dot(own, { x: "seconds", y: "error_db", fill: colors[0], r: 4, tip: true, title: (row) => `${key} ${row.value}\n${number(row.error_db)} dB, ${seconds(row.seconds)}` }),
               Plot.text(own, { x: "seconds", y: "error_db", text: (row) => String(row.value), dx: 8, textAnchor: "start" }),
             ],
@@ -125,7 +125,7 @@ export function soundFigures(study) {
         narrow: true,
         title: key === "modes" ? "Sound: modes that ring" : "Sound: order of a room's reflections",
         caption: `Numbers at the points: ${key === "modes" ? "the lowest so many modes" : "reflections on the way"}. Median over ${own[0].sounds} sounds of short-time spectra.`,
-        source: source(study.made, `${study.folder}/accuracy.json: ${study.sound.body}`),
+        source: source(study.made, `${study.folder}/accuracy.json: ${study.sound.object}`),
       },
     );
   });

@@ -1,4 +1,4 @@
-// Curved faces: Lagrange triangles over a body's vertices.
+// Curved faces: Lagrange triangles over an object's vertices.
 import { uint32s } from "./arrays.js";
 
 // {triangles: straight ones, order^2 for each face; onFace(triangle, weights): vertices and weights that

@@ -43,7 +43,7 @@ void read_place(core::ConfigNode& node, SupportConfig& support) {
     support.place = place;
   }
   if (chosen.empty()) {
-    node.fail("", "where does it touch the body?",
+    node.fail("", "where does it touch the object?",
               "give one of at: [x, y, z], count: N (random places), lowest: true, or "
               "along: [x1, y1, z1, x2, y2, z2]");
   }
@@ -98,7 +98,7 @@ SupportConfig read_support(core::ConfigNode& node) {
   const bool grips = support.kind.name == "finger";
   if (node.flag("weight", !node.has("force") && !grips)) {
     if (node.has("force")) {
-      node.fail("force", "the body's weight presses here already", "leave out weight or force");
+      node.fail("force", "the object's weight presses here already", "leave out weight or force");
     }
     return support;
   }
@@ -148,7 +148,7 @@ SupportsConfig read_supports(core::ConfigNode& node) {
   }
   if (config.contacts.empty()) {
     node.fail("contacts", "supports need at least one contact",
-              "leave supports out for a body in free flight");
+              "leave supports out for an object in free flight");
   }
   return config;
 }

@@ -8,19 +8,20 @@
 
 namespace carillon::scene {
 
-/// One entry of `supports.contacts`: what holds the body where, and how firmly.
+/// One entry of `supports.contacts`: what holds the object where, and how firmly.
 struct SupportConfig {
   enum class Place { at, random, lowest, along };
 
   synth::support::SupportKind kind;
   Place place = Place::at;
-  std::vector<Vec3> points;  ///< at, along: from the centre of the body's box [m]
+  std::vector<Vec3> points;  ///< at, along: from the centre of the object's box [m]
   int count = 0;             ///< random: so many places; along: points of contact
-  int pool = 0;  ///< random: drawn once for a body, of which each sample takes `count`; 0: new ones
+  int pool =
+      0;  ///< random: drawn once for an object, of which each sample takes `count`; 0: new ones
   double radius = 0;                 ///< at, random: of a patch [m]; 0: a point
   double height = 0;                 ///< lowest: of the contact above the lowest point [m]
   Vec3 down = {0, 0, -1};            ///< lowest
-  std::optional<core::Range> force;  ///< [N] of each hold; none: a fraction of the body's weight
+  std::optional<core::Range> force;  ///< [N] of each hold; none: a fraction of the object's weight
 
   /// Places that are pressed with a force each.
   int holds() const;
@@ -33,7 +34,7 @@ struct SupportsConfig {
   int holds() const;
   /// Some contact has a pool.
   bool pooled() const;
-  /// Neither places nor forces are drawn: every sample of a body is held alike.
+  /// Neither places nor forces are drawn: every sample of an object is held alike.
   bool fixed() const;
 };
 

@@ -16,58 +16,58 @@ namespace {
 
 using Place = SupportConfig::Place;
 
-std::shared_ptr<const Hold> hold_of(const RingingBody& body, const HeldPlaces& held,
+std::shared_ptr<const Hold> hold_of(const RingingObject& object, const HeldPlaces& held,
                                     const SupportConfig& config,
                                     const std::vector<synth::support::Contact>& contacts) {
   Hold hold;
   hold.config = &config;
-  hold.unit = synth::support::unit_dashpots(*body.modes, contacts, config.kind.friction,
+  hold.unit = synth::support::unit_dashpots(*object.modes, contacts, config.kind.friction,
                                             held.rigid ? &*held.rigid : nullptr);
   hold.diagonal =
-      hold.unit.topRows(static_cast<Eigen::Index>(body.modes->size())).rowwise().squaredNorm();
-  hold.centre = synth::support::centre_of(body.modes->surface, contacts) - body.centre;
+      hold.unit.topRows(static_cast<Eigen::Index>(object.modes->size())).rowwise().squaredNorm();
+  hold.centre = synth::support::centre_of(object.modes->surface, contacts) - object.centre;
   return std::make_shared<const Hold>(std::move(hold));
 }
 
-/// The nearest point of the surface to one that was given from the centre of the body's box.
-/// @throws InputError  it is farther from the surface than the body is large
-synth::modal::SurfacePoint nearest(const RingingBody& body,
+/// The nearest point of the surface to one that was given from the centre of the object's box.
+/// @throws InputError  it is farther from the surface than the object is large
+synth::modal::SurfacePoint nearest(const RingingObject& object,
                                    const synth::modal::SurfaceSampler& sampler, const Vec3& given,
                                    const char* key) {
-  const solvers::modes::ModeSurface& surface = body.modes->surface;
-  const synth::modal::SurfacePoint point = sampler.nearest(body.centre + given);
+  const solvers::modes::ModeSurface& surface = object.modes->surface;
+  const synth::modal::SurfacePoint point = sampler.nearest(object.centre + given);
   const double away =
-      (synth::modal::frame_at(surface, point).position - body.centre - given).norm();
+      (synth::modal::frame_at(surface, point).position - object.centre - given).norm();
   Eigen::AlignedBox3d box;
   for (const Vec3& node : surface.nodes) box.extend(node);
   if (!(away <= box.diagonal().norm())) {
     throw core::InputError(
         fmt::format("supports: {}: [{}, {}, {}] m is {:.3g} m away from the surface of {}, which "
                     "is {:.3g} m from corner to corner",
-                    key, given.x(), given.y(), given.z(), away, body.id, box.diagonal().norm()),
-        "places are from the centre of the body's box at its actual size; a forgotten cm or mm?");
+                    key, given.x(), given.y(), given.z(), away, object.id, box.diagonal().norm()),
+        "places are from the centre of the object's box at its actual size; a forgotten cm or mm?");
   }
   return point;
 }
 
-std::shared_ptr<const Hold> draw_place(const HeldPlaces& held, const RingingBody& body,
+std::shared_ptr<const Hold> draw_place(const HeldPlaces& held, const RingingObject& object,
                                        const SupportConfig& config, core::RandomStream& random) {
   const auto point = held.sampler->sample(random);
   return hold_of(
-      body, held, config,
-      synth::support::patch_contacts(body.modes->surface, held.triangles, point, config.radius));
+      object, held, config,
+      synth::support::patch_contacts(object.modes->surface, held.triangles, point, config.radius));
 }
 
-/// A body's pools are the same in all of its materials and sizes.
+/// An object's pools are the same in all of its materials and sizes.
 void draw_pools(HeldPlaces& held, const SupportsConfig& supports, const Sound& sound) {
-  const std::uint64_t shape = core::stable_hash(sound.body->shape);
+  const std::uint64_t shape = core::stable_hash(sound.object->shape);
   core::RandomStream places(sound.seed, shape, "supports.pool.place");
   core::RandomStream forces(sound.seed, shape, "supports.pool.force");
   for (const SupportConfig& config : supports.contacts) {
     if (config.pool == 0) continue;
     std::vector<Press> pool;
     for (int k = 0; k < config.pool; ++k) {
-      Press press{draw_place(held, *sound.body, config, places), 0, k};
+      Press press{draw_place(held, *sound.object, config, places), 0, k};
       if (config.force) press.force = forces.log_uniform(config.force->low, config.force->high);
       pool.push_back(std::move(press));
     }
@@ -88,10 +88,11 @@ std::vector<Press> choose(std::vector<Press> pool, int count, core::RandomStream
 
 }  // namespace
 
-HeldPlaces find_places(const RingingBody& body, const SupportsConfig& supports) {
+HeldPlaces find_places(const RingingObject& object, const SupportsConfig& supports) {
   HeldPlaces held;
-  if (body.modes->certificate.components <= 1) held.rigid = synth::surface::rigid_body(*body.modes);
-  const solvers::modes::ModeSurface& surface = body.modes->surface;
+  if (object.modes->certificate.components <= 1)
+    held.rigid = synth::surface::rigid_body(*object.modes);
+  const solvers::modes::ModeSurface& surface = object.modes->surface;
   const auto& contacts = supports.contacts;
   if (std::any_of(contacts.begin(), contacts.end(),
                   [](const auto& c) { return c.place != Place::lowest; })) {
@@ -104,9 +105,9 @@ HeldPlaces find_places(const RingingBody& body, const SupportsConfig& supports) 
     switch (config.place) {
       case Place::at:
         for (const Vec3& point : config.points) {
-          const auto place = nearest(body, *held.sampler, point, "at");
+          const auto place = nearest(object, *held.sampler, point, "at");
           held.fixed.push_back(hold_of(
-              body, held, config,
+              object, held, config,
               synth::support::patch_contacts(surface, held.triangles, place, config.radius)));
         }
         break;
@@ -114,17 +115,17 @@ HeldPlaces find_places(const RingingBody& body, const SupportsConfig& supports) 
         break;
       case Place::lowest:
         held.fixed.push_back(
-            hold_of(body, held, config,
+            hold_of(object, held, config,
                     synth::support::lowest_contacts(surface, config.down, config.height)));
         break;
       case Place::along: {
         std::vector<Vec3> line;
         for (const Vec3& corner : config.points) {
-          nearest(body, *held.sampler, corner, "along");
-          line.push_back(body.centre + corner);
+          nearest(object, *held.sampler, corner, "along");
+          line.push_back(object.centre + corner);
         }
         held.fixed.push_back(
-            hold_of(body, held, config,
+            hold_of(object, held, config,
                     synth::support::edge_contacts(surface, *held.sampler, line, config.count)));
         break;
       }
@@ -134,7 +135,7 @@ HeldPlaces find_places(const RingingBody& body, const SupportsConfig& supports) 
 }
 
 std::vector<Press> press(HeldPlaces& held, const SupportsConfig& supports, const Sound& sound) {
-  const RingingBody& body = *sound.body;
+  const RingingObject& object = *sound.object;
   if (supports.pooled() && held.pools.empty()) draw_pools(held, supports, sound);
   core::RandomStream places(sound.seed, sound.id, "supports.place");
   core::RandomStream choices(sound.seed, sound.id, "supports.pool");
@@ -151,13 +152,14 @@ std::vector<Press> press(HeldPlaces& held, const SupportsConfig& supports, const
     }
     for (int k = 0; k < config.holds(); ++k) {
       Press one;
-      one.hold = config.place == Place::random ? draw_place(held, body, config, places) : *fixed++;
+      one.hold =
+          config.place == Place::random ? draw_place(held, object, config, places) : *fixed++;
       if (config.force) one.force = forces.log_uniform(config.force->low, config.force->high);
       presses.push_back(std::move(one));
     }
   }
   for (Press& one : presses) {
-    if (!one.hold->config->force) one.force = synth::support::weight(*body.modes) / bearing;
+    if (!one.hold->config->force) one.force = synth::support::weight(*object.modes) / bearing;
   }
   return presses;
 }

@@ -11,12 +11,12 @@
 
 namespace carillon::scene {
 
-/// A place that is pressed with one force, at a body.
+/// A place that is pressed with one force, at an object.
 struct Hold {
   const SupportConfig* config = nullptr;
   Eigen::MatrixXd unit;        ///< dashpots for 1 N s/m: modes, then rigid coordinates
   Eigen::VectorXd diagonal;    ///< of their damping, of the modes
-  Vec3 centre = Vec3::Zero();  ///< from the centre of the body's box [m]
+  Vec3 centre = Vec3::Zero();  ///< from the centre of the object's box [m]
 };
 
 /// A hold as one sound has it: pressed with a force.
@@ -26,24 +26,24 @@ struct Press {
   std::int64_t index = -1;  ///< in the contact's pool; -1: it has none
 };
 
-/// Where supports touch a body, as far as that is the same for all of its sounds.
+/// Where supports touch an object, as far as that is the same for all of its sounds.
 struct HeldPlaces {
   std::optional<synth::modal::SurfaceSampler> sampler;  ///< only where points are sought or drawn
   std::vector<synth::surface::SurfaceTriangle> triangles;  ///< only where patches are asked for
   /// In the order of the configuration, without what is drawn.
   std::vector<std::shared_ptr<const Hold>> fixed;
   /// Of each contact that has one, in the order of the configuration; drawn for the first sound.
-  /// The body's weight is no part of the forces.
+  /// The object's weight is no part of the forces.
   std::vector<std::vector<Press>> pools;
-  /// None for a body of several pieces, of which each would move by itself.
+  /// None for an object of several pieces, of which each would move by itself.
   std::optional<synth::surface::RigidBody> rigid;
 };
 
 /// @param config  must outlive what is returned
-/// @throws InputError  a place that is given is farther from the surface than the body is large
-HeldPlaces find_places(const RingingBody& body, const SupportsConfig& config);
+/// @throws InputError  a place that is given is farther from the surface than the object is large
+HeldPlaces find_places(const RingingObject& object, const SupportsConfig& config);
 
-/// What holds the body during a sound, in the order of the configuration: draws what is drawn.
+/// What holds the object during a sound, in the order of the configuration: draws what is drawn.
 std::vector<Press> press(HeldPlaces& places, const SupportsConfig& config, const Sound& sound);
 
 }  // namespace carillon::scene

@@ -60,7 +60,7 @@ struct Mumps::Inside {
     if (memory) {
       throw core::MemoryError(
           "out of memory: " + message,
-          "the body needs more memory: use a coarser mesh, more ranks or the iterative solver");
+          "the object needs more memory: use a coarser mesh, more ranks or the iterative solver");
     }
     throw core::SolverError(message, "the mesh may have elements that are nearly flat");
   }

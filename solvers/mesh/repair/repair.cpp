@@ -308,7 +308,7 @@ SurfaceMesh repair(const SurfaceMesh& mesh, const MeshFile& file, Diagnosis& dia
   SurfaceMesh body = treat(mesh, patient);
   const auto pieces = split(body, edge_components(body.triangles));
   if (pieces.size() > 1) {
-    patient.say(fmt::format("the body consists of {} closed surfaces", pieces.size()));
+    patient.say(fmt::format("the object consists of {} closed surfaces", pieces.size()));
   }
   const double before = patient.volume_before.value_or(0);
   report.volume_change =

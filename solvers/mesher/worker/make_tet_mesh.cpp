@@ -74,7 +74,7 @@ mesh::MeshResult mesh_of_tetrahedra(const mesh::MeshRequest& request) {
   if (count > request.options.max_elements) {
     throw core::LimitError(fmt::format("{}: {} tetrahedra are more than the {} allowed",
                                        request.file.path, count, request.options.max_elements),
-                           "raise max_elements, or mesh the body coarser");
+                           "raise max_elements, or mesh the object coarser");
   }
   if (result.mesh.order < request.options.order) {
     result.mesh = mesh::raise_order(result.mesh, request.options.order);

@@ -1,4 +1,4 @@
-// Samples of a dataset: whose sound, which body's voxels and picture, and what they are called.
+// Samples of a dataset: whose sound, which object's voxels and picture, and what they are called.
 #include "eval/learning/dataset_source.hpp"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::uint64_t sounds = 4, listeners = 2, samples = 2205, ticks = 5;
 
-/// Two bodies with two strikes each, heard by two listeners, whose tones differ.
+/// Two objects with two strikes each, heard by two listeners, whose tones differ.
 class Dataset : public testing::Test {
  protected:
   void SetUp() override {
@@ -42,8 +42,8 @@ class Dataset : public testing::Test {
     std::vector<std::uint8_t> voxels(std::size_t{2} * 8, 0);
     voxels[3] = 1;
     voxels[8 + 5] = 1;
-    const auto of_bodies = file.create_group("shapes");
-    of_bodies.write<std::uint8_t>("voxels", voxels, {2, 2, 2, 2});
+    const auto of_objects = file.create_group("shapes");
+    of_objects.write<std::uint8_t>("voxels", voxels, {2, 2, 2, 2});
     nlohmann::json description = {{"seed", 7}, {"shapes", nlohmann::json::array()}};
     for (const char* id : {"a", "b"}) {
       description["shapes"].push_back(
@@ -98,7 +98,7 @@ TEST_F(Dataset, MakesSpectrogramsWhereNoneAreStored) {
 TEST_F(Dataset, GivesWhatIsOfBodiesOnceForEach) {
   const auto source = learning::open_dataset_source(folder_.path(), 0);
   const learning::SenseLayout voxels = learning::require_layout(*source, learning::Sense::voxels);
-  EXPECT_TRUE(voxels.of_bodies);
+  EXPECT_TRUE(voxels.of_objects);
   EXPECT_EQ(voxels.entries, 2U);
   EXPECT_EQ(source->bodies(), (std::vector<std::uint32_t>{0, 0, 1, 1}));
   std::vector<float> values(16);
@@ -151,7 +151,7 @@ TEST_F(Dataset, GivesTouchByAxesOfUnitRootMeanSquare) {
 
 TEST_F(Dataset, CallsBodiesAndStrikesAlikeInOtherDatasets) {
   const auto source = learning::open_dataset_source(folder_.path(), 0);
-  const std::vector<std::string> bodies = source->body_names(), names = source->strike_names();
+  const std::vector<std::string> bodies = source->object_names(), names = source->strike_names();
   EXPECT_EQ(bodies[0], bodies[1]);
   EXPECT_NE(bodies[1], bodies[2]);
   EXPECT_NE(names[0], names[1]);
@@ -160,9 +160,9 @@ TEST_F(Dataset, CallsBodiesAndStrikesAlikeInOtherDatasets) {
   description["shapes"][1]["request"]["shape"]["length"] = "other";
   core::write_text_durably(folder_.path() / "dataset.json", description.dump());
   const auto other = learning::open_dataset_source(folder_.path(), 0);
-  EXPECT_EQ(other->body_names()[0], bodies[0]);
-  EXPECT_NE(other->body_names()[2], bodies[2]);   // another body of the same name
-  EXPECT_NE(other->strike_names()[0], names[0]);  // another seed: struck elsewhere
+  EXPECT_EQ(other->object_names()[0], bodies[0]);
+  EXPECT_NE(other->object_names()[2], bodies[2]);  // another object of the same name
+  EXPECT_NE(other->strike_names()[0], names[0]);   // another seed: struck elsewhere
 }
 
 }  // namespace

@@ -14,7 +14,7 @@
 namespace carillon::eval {
 
 /// Samples that are made as they are asked for: each class has bands and voxels of its own, under
-/// noise. Every class has as many samples, one after the other in turn; each body is one class.
+/// noise. Every class has as many samples, one after the other in turn; each object is one class.
 class MadeSource final : public learning::SampleSource {
  public:
   MadeSource(std::size_t samples, std::size_t classes, double noise = 0.3)
@@ -34,7 +34,7 @@ class MadeSource final : public learning::SampleSource {
     }
     return bodies;
   }
-  std::vector<std::string> body_names() const override { return labels("body"); }
+  std::vector<std::string> object_names() const override { return labels("body"); }
   std::vector<std::string> strike_names() const override { return keys(); }
   std::vector<std::string> labels(const std::string& column) const override {
     if (const auto own = columns.find(column); own != columns.end()) return own->second;

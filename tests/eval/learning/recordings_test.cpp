@@ -38,7 +38,7 @@ class Recordings : public testing::Test {
     fs::create_directories((folder_.path() / name).parent_path());
     core::write_wav(folder_.path() / name, clip, core::SampleFormat::float32);
   }
-  /// Bodies of two materials, three simulations each.
+  /// Objects of two materials, three simulations each.
   void put_bodies() {
     for (const char* body : {"glass/cup", "glass/bowl", "wood/spoon", "wood/bowl"}) {
       for (int take = 0; take < 3; ++take) {
@@ -75,7 +75,7 @@ TEST_F(Recordings, HaveLabelsInTheirNames) {
   EXPECT_EQ(source->labels("material")[0], "glass");
   EXPECT_EQ(source->labels("shape")[0], "bowl");
   EXPECT_EQ(source->labels("shape")[11], "spoon");
-  // Bodies are told apart by their column: here both bowls are one.
+  // Objects are told apart by their column: here both bowls are one.
   const std::vector<std::uint32_t> bodies = source->bodies();
   EXPECT_EQ(std::set(bodies.begin(), bodies.end()).size(), 3U);
   EXPECT_NE(error_of(spec("{material}/cup-*"), "").find("bowl-0.wav does not fit"),
@@ -161,7 +161,7 @@ TEST_F(Recordings, ThatLeakAreRefused) {
   own.table = folder_.path() / "labels.csv";
   std::ofstream(own.table) << "file,shape,split\na-0.wav,a,train\na-1.wav,a,test\n";
   EXPECT_EQ(error_of(own, "split_strike"), "");
-  EXPECT_NE(error_of(own, "split_shape").find("body a (a-0.wav and a-1.wav)"), std::string::npos);
+  EXPECT_NE(error_of(own, "split_shape").find("object a (a-0.wav and a-1.wav)"), std::string::npos);
   std::ofstream(own.table) << "file,shape,split\na-0.wav,a,train\nb-0.wav,b,test\n";
   EXPECT_NE(error_of(own, "split_strike").find("the same sound twice (a-0.wav and b-0.wav)"),
             std::string::npos);

@@ -17,21 +17,22 @@ void write_part(const core::Hdf5Group& group, const PartAnswers& part, std::uint
   const std::uint64_t count = part.samples();
   group.write<std::string>("key", part.keys, {count});
   group.write<std::int32_t>("label", part.labels, {count});
-  group.write<std::uint32_t>("body", part.bodies, {count});
+  group.write<std::uint32_t>("object", part.objects, {count});
   group.write<std::uint32_t>("strike", part.strikes, {count});
   group.write<float>("scores", part.scores, {count, classes});
 }
 
 PartAnswers read_part(const core::Hdf5Group& group) {
   return {group.read<std::string>("key"), group.read<std::int32_t>("label"),
-          group.read<std::uint32_t>("body"), group.read<std::uint32_t>("strike"),
+          group.read<std::uint32_t>("object"), group.read<std::uint32_t>("strike"),
           group.read<float>("scores")};
 }
 
-/// Every sample has its label, body, strike and a score for each class, and every label is a class.
+/// Every sample has its label, object, strike and a score for each class, and every label is a
+/// class.
 bool fits(const PartAnswers& part, std::size_t classes) {
   const std::size_t count = part.samples();
-  return part.labels.size() == count && part.bodies.size() == count &&
+  return part.labels.size() == count && part.objects.size() == count &&
          part.strikes.size() == count && part.scores.size() == count * classes &&
          std::all_of(part.labels.begin(), part.labels.end(), [&](std::int32_t label) {
            return label >= 0 && static_cast<std::size_t>(label) < classes;
@@ -46,7 +47,7 @@ PartAnswers asked(const learning::LabelledSamples& samples,
   for (const std::uint32_t row : rows) {
     part.keys.push_back(samples.keys[row]);
     part.labels.push_back(samples.label[row]);
-    part.bodies.push_back(samples.body_groups[row]);
+    part.objects.push_back(samples.object_groups[row]);
     part.strikes.push_back(samples.strike_groups[row]);
   }
   return part;
@@ -62,7 +63,7 @@ std::vector<std::size_t> likely_classes(const PartAnswers& part, std::size_t cla
 }
 
 std::vector<std::size_t> groups_of(const PartAnswers& part, const std::string& split) {
-  const auto& groups = split == "split_shape" ? part.bodies : part.strikes;
+  const auto& groups = split == "split_shape" ? part.objects : part.strikes;
   return {groups.begin(), groups.end()};
 }
 

@@ -14,7 +14,7 @@ namespace carillon::eval::studies {
 struct PartAnswers {
   std::vector<std::string> keys;       ///< of each sample
   std::vector<std::int32_t> labels;    ///< true class of each
-  std::vector<std::uint32_t> bodies;   ///< body of each: equal for one body in several sources
+  std::vector<std::uint32_t> objects;  ///< object of each: equal for one object in several sources
   std::vector<std::uint32_t> strikes;  ///< strike of each, likewise
   std::vector<float> scores;           ///< samples x classes: logits; of neighbours shares
 
@@ -34,7 +34,7 @@ PartAnswers asked(const learning::LabelledSamples& samples, const std::vector<st
 /// The true and the most likely class of each sample.
 std::vector<std::size_t> true_classes(const PartAnswers& part);
 std::vector<std::size_t> likely_classes(const PartAnswers& part, std::size_t classes);
-/// Samples whose answers stand and fall together: those of a body where bodies are held out
+/// Samples whose answers stand and fall together: those of an object where objects are held out
 /// (`split_shape`), else those of a strike.
 std::vector<std::size_t> groups_of(const PartAnswers& part, const std::string& split);
 classification::Confusion confusion_of(const PartAnswers& part, std::size_t classes);

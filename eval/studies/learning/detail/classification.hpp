@@ -59,7 +59,7 @@ struct Classification {
 /// Accuracies of every method on every task of every source, from what the classifiers answered
 /// for the samples that were held out.
 ///
-/// Intervals are over the bodies that are held out where whole bodies are (`split_shape`), else
+/// Intervals are over the objects that are held out where whole objects are (`split_shape`), else
 /// over strikes; with several seeds over these, too.
 /// @throws FileError   answers that cannot be read
 ///         InputError  a task's classifiers answered for different samples

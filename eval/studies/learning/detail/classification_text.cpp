@@ -17,7 +17,7 @@ using nlohmann::ordered_json;
 namespace {
 
 const char* held_out_groups(const learning::TaskSpec& task) {
-  return task.split == "split_shape" ? "bodies" : "strikes";
+  return task.split == "split_shape" ? "objects" : "strikes";
 }
 
 /// Without what is not a mean over seeds.
@@ -133,7 +133,7 @@ std::string recall_table(const ClassificationRow& row) {
 
 /// Of published sets that stand beside: what is not the same.
 constexpr const char* differences =
-    "\nThe papers' column is of Sterling 2019, Tables 6.1 to 6.5, on other sounds: their bodies, "
+    "\nThe papers' column is of Sterling 2019, Tables 6.1 to 6.5, on other sounds: their objects, "
     "materials' parameters and splits are not public, their layer sizes are not given, and "
     "their one run has no interval. VGG16 on pictures (Table 6.1) is left out: its pictures "
     "are not theirs or ours to give. Numbers may be compared in kind, not to the percent.\n";

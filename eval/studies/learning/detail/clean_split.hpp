@@ -5,7 +5,7 @@
 
 namespace carillon::eval::studies {
 
-/// Holds a dataset's splits against what is stored: no body in two parts, no strike, no room, no
+/// Holds a dataset's splits against what is stored: no object in two parts, no strike, no room, no
 /// stretch of noise (`carillon check`).
 /// @param split  column that is learnt by
 /// @throws InputError  a leak; says which

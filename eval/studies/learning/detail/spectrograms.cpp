@@ -32,7 +32,7 @@ std::vector<double> rounded(std::span<const Number> values) {
   return numbers;
 }
 
-/// So many rows, ascending, whatever the order of bodies, materials and strikes.
+/// So many rows, ascending, whatever the order of objects, materials and strikes.
 std::vector<std::uint32_t> some_rows(const std::vector<std::string>& keys, std::size_t count) {
   std::vector<std::pair<std::uint64_t, std::uint32_t>> order;
   for (std::uint32_t row = 0; row < keys.size(); ++row) {

@@ -111,7 +111,7 @@ PartAnswers answers_of(const PartAnswers& part, char source, std::size_t classes
     if (part.keys[i].front() != source) continue;
     own.keys.push_back(part.keys[i]);
     own.labels.push_back(part.labels[i]);
-    own.bodies.push_back(part.bodies[i]);
+    own.objects.push_back(part.objects[i]);
     own.strikes.push_back(part.strikes[i]);
     const auto first = part.scores.begin() + static_cast<std::ptrdiff_t>(i * classes);
     own.scores.insert(own.scores.end(), first, first + static_cast<std::ptrdiff_t>(classes));

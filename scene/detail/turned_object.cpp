@@ -1,4 +1,4 @@
-#include "scene/detail/turned_body.hpp"
+#include "scene/detail/turned_object.hpp"
 
 #include <fmt/format.h>
 
@@ -38,21 +38,21 @@ const solvers::families::Family& turned_family(const solvers::mesh::MeshRequest&
 
 }  // namespace
 
-Body solve_turned(const BodyRequest& request, MPI_Comm comm) {
-  Body body;
+SolvedObject solve_turned(const ObjectRequest& request, MPI_Comm comm) {
+  SolvedObject object;
   mpi::agreed(comm, [&] {
     const auto meridian = turned_family(request.mesh).meridian(request.mesh.shape);
     check_size(solvers::mesh::measure(meridian).longest_side(), request.any_size);
-    body.mesh.mesh.region_names = {"body"};
-    body.materials = assign_materials(request.materials, body.mesh.mesh.region_names);
+    object.mesh.mesh.region_names = {"body"};
+    object.materials = assign_materials(request.materials, object.mesh.mesh.region_names);
     if (mpi::rank(comm) != 0) return;
     solvers::axisymmetric::AxisymmetricOptions axisymmetric;
     axisymmetric.cell = request.mesh.options.element_size;
-    body.modes = solvers::axisymmetric::solve_axisymmetric(meridian, body.materials.front().elastic,
-                                                           request.solve, axisymmetric, body.trace);
+    object.modes = solvers::axisymmetric::solve_axisymmetric(
+        meridian, object.materials.front().elastic, request.solve, axisymmetric, object.trace);
   });
-  solvers::modes::broadcast(body.modes, comm);
-  return body;
+  solvers::modes::broadcast(object.modes, comm);
+  return object;
 }
 
 }  // namespace carillon::scene

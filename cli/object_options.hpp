@@ -10,8 +10,8 @@ namespace carillon::cli {
 
 class Command;
 
-/// A body and how to solve it, as typed.
-struct BodyOptions {
+/// An object and how to solve it, as typed.
+struct ObjectOptions {
   std::string mesh;       ///< file, or FAMILY[:parameter=value,...]
   std::string material;   ///< preset or key=value list; for MSH groups: group=name,...
   std::string length;     ///< longest side with unit; "": as it is
@@ -22,7 +22,7 @@ struct BodyOptions {
   std::string min_frequency = "20 Hz";
   std::optional<std::string> max_frequency;  ///< 20 kHz when none is given
   int max_modes = 300;
-  // Given or not: what does not apply to a body is refused, not ignored.
+  // Given or not: what does not apply to an object is refused, not ignored.
   std::optional<std::string> linear_solver;  ///< automatic when none is given
   std::optional<std::string> memory_limit;   ///< 16 GiB when none is given
   std::optional<int> max_elements;           ///< 200,000 when none is given
@@ -30,30 +30,30 @@ struct BodyOptions {
   double pitch_cents = 0;
 };
 
-/// Adds the options of a body to a command.
-void add_body_options(Command& command, BodyOptions& options);
+/// Adds the options of an object to a command.
+void add_object_options(Command& command, ObjectOptions& options);
 
 /// The object that the options name, of no material where none is given.
 /// @throws InputError  as scene::parse_object, a malformed length, or an option that would do
-///                     nothing for this body
-scene::Object named_object(const BodyOptions& options);
+///                     nothing for this object
+scene::Object named_object(const ObjectOptions& options);
 
-/// Its body, and how it is to be meshed.
+/// Its object, and how it is to be meshed.
 /// @throws InputError  as named_object
-solvers::mesh::MeshRequest mesh_request(const BodyOptions& options);
+solvers::mesh::MeshRequest mesh_request(const ObjectOptions& options);
 
 /// What it is made of; empty where no material is given.
 /// @throws InputError  as named_object, an unknown material
-scene::RegionMaterials region_materials(const BodyOptions& options);
+scene::RegionMaterials region_materials(const ObjectOptions& options);
 
 /// What the options ask for.
 /// @throws InputError  as named_object, a malformed value, an empty band, or an option that the
 ///                     solver has no use for
-scene::BodyRequest body_request(const BodyOptions& options);
+scene::ObjectRequest object_request(const ObjectOptions& options);
 
-/// scene::solve_body() of what the options ask for.
+/// scene::solve_object() of what the options ask for.
 /// @note Collective on the context's world.
-scene::Body solve_body(const BodyOptions& options, const Context& context);
+scene::SolvedObject solve_object(const ObjectOptions& options, const Context& context);
 
 /// Three numbers with units, "0.1,0,2 cm".
 /// @throws InputError

@@ -1,4 +1,4 @@
-#include "cli/body_options.hpp"
+#include "cli/object_options.hpp"
 
 #include <fmt/format.h>
 
@@ -34,7 +34,7 @@ void refuse(bool given, const char* option, const std::string& why, const std::s
 }
 
 /// Options that would do nothing for a file.
-void refuse_idle(const BodyOptions& options) {
+void refuse_idle(const ObjectOptions& options) {
   if (solvers::mesh::readers::mesh_extension(options.mesh) != ".msh") return;
   const std::string why = fmt::format("the tetrahedra of {} are used as they are", options.mesh);
   refuse(!options.thickness.empty(), "--thickness", why,
@@ -44,7 +44,7 @@ void refuse_idle(const BodyOptions& options) {
 }
 
 /// Options that would do nothing for a generated shape.
-void refuse_idle(const BodyOptions& options, const std::string& family) {
+void refuse_idle(const ObjectOptions& options, const std::string& family) {
   const std::string hint = fmt::format(
       "give the shape's own sizes, as in {}:NAME=2cm (carillon list shapes names them)", family);
   const std::string why = fmt::format("{} is generated, not read from a file", family);
@@ -53,7 +53,7 @@ void refuse_idle(const BodyOptions& options, const std::string& family) {
 }
 
 /// Options of tetrahedra.
-void refuse_tetrahedral(const BodyOptions& options) {
+void refuse_tetrahedral(const ObjectOptions& options) {
   const std::string why = "it belongs to tetrahedra, and the axisymmetric solver has none";
   const std::string hint = "leave it out; --element-size bounds the cells of the section";
   refuse(options.order.has_value(), "--order", why, hint);
@@ -64,7 +64,7 @@ void refuse_tetrahedral(const BodyOptions& options) {
          "leave it out; the axisymmetric solver comes within 0.01 cents by itself");
 }
 
-solvers::eigen::SolveOptions solve_options(const BodyOptions& options) {
+solvers::eigen::SolveOptions solve_options(const ObjectOptions& options) {
   solvers::eigen::SolveOptions solve;
   solve.band.min_frequency = core::parse_quantity(options.min_frequency, Dimension::frequency);
   solve.band.max_frequency =
@@ -85,7 +85,7 @@ solvers::eigen::SolveOptions solve_options(const BodyOptions& options) {
 
 }  // namespace
 
-void add_body_options(Command& command, BodyOptions& options) {
+void add_object_options(Command& command, ObjectOptions& options) {
   command
       .option("mesh", options.mesh,
               "OBJ, OFF, PLY, STL or MSH file, or a generated shape such as "
@@ -100,9 +100,9 @@ void add_body_options(Command& command, BodyOptions& options) {
               "physical groups of an MSH file")
       .required();
   command.option("--length", options.length,
-                 "longest side the body is scaled to, e.g. 0.12 m (default: file in metres)");
+                 "longest side the object is scaled to, e.g. 0.12 m (default: file in metres)");
   command.option("--thickness", options.thickness, "wall given to open sheets, e.g. 2 mm");
-  command.flag("--any-size", options.any_size, "let bodies outside 1 mm to 10 m pass");
+  command.flag("--any-size", options.any_size, "let objects outside 1 mm to 10 m pass");
   command.option("--order", options.order, "order of the elements").range(1, 4).show_default("3");
   command.option("--element-size", options.element_size,
                  "largest edge, e.g. 5 mm (default: from thickness and curvature)");
@@ -141,7 +141,7 @@ void add_body_options(Command& command, BodyOptions& options) {
       .show_default("200000");
 }
 
-scene::Object named_object(const BodyOptions& options) {
+scene::Object named_object(const ObjectOptions& options) {
   scene::Object object = scene::parse_object(options.mesh, options.material);
   object.file.any_size = options.any_size;
   if (object.family.empty()) {
@@ -154,7 +154,7 @@ scene::Object named_object(const BodyOptions& options) {
   return object;
 }
 
-solvers::mesh::MeshRequest mesh_request(const BodyOptions& options) {
+solvers::mesh::MeshRequest mesh_request(const ObjectOptions& options) {
   solvers::mesh::MeshRequest request = scene::mesh_request(named_object(options));
   request.options.order = options.order.value_or(request.options.order);
   request.options.max_elements = options.max_elements.value_or(request.options.max_elements);
@@ -162,16 +162,16 @@ solvers::mesh::MeshRequest mesh_request(const BodyOptions& options) {
   return request;
 }
 
-scene::RegionMaterials region_materials(const BodyOptions& options) {
+scene::RegionMaterials region_materials(const ObjectOptions& options) {
   if (options.material.empty()) return {};
   return scene::region_materials(named_object(options), options.material);
 }
 
-scene::BodyRequest body_request(const BodyOptions& options) {
-  scene::BodyRequest request;
+scene::ObjectRequest object_request(const ObjectOptions& options) {
+  scene::ObjectRequest request;
   if (options.solver == "axisymmetric") {
     refuse_tetrahedral(options);
-    request.solver = scene::BodySolver::axisymmetric;
+    request.solver = scene::ObjectSolver::axisymmetric;
   }
   request.mesh = mesh_request(options);
   request.materials = region_materials(options);
@@ -181,10 +181,10 @@ scene::BodyRequest body_request(const BodyOptions& options) {
   return request;
 }
 
-scene::Body solve_body(const BodyOptions& options, const Context& context) {
-  scene::BodyRequest request;
-  mpi::agreed(context.world, [&] { request = body_request(options); });
-  return scene::solve_body(request, context.world, context.cache);
+scene::SolvedObject solve_object(const ObjectOptions& options, const Context& context) {
+  scene::ObjectRequest request;
+  mpi::agreed(context.world, [&] { request = object_request(options); });
+  return scene::solve_object(request, context.world, context.cache);
 }
 
 Vec3 parse_position(const std::string& text) {

@@ -1,4 +1,4 @@
-#include "scene/body.hpp"
+#include "scene/solved_object.hpp"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 
 #include "core/error.hpp"
 #include "mpi/comm.hpp"
-#include "scene/detail/turned_body.hpp"
+#include "scene/detail/turned_object.hpp"
 #include "scene/pitch.hpp"
 #include "solvers/eigen/cached_modes.hpp"
 
@@ -93,17 +93,18 @@ core::Trace::Entry& mesh_entry(core::Trace& trace, const solvers::mesh::MeshRequ
   return trace.stages[solvers::mesher::mesh_is_cached(request, cache) ? "mesh from cache" : "mesh"];
 }
 
-Body solve_body(const BodyRequest& request, MPI_Comm comm, const std::filesystem::path& cache) {
-  if (request.solver == BodySolver::axisymmetric) return solve_turned(request, comm);
-  Body body;
+SolvedObject solve_object(const ObjectRequest& request, MPI_Comm comm,
+                          const std::filesystem::path& cache) {
+  if (request.solver == ObjectSolver::axisymmetric) return solve_turned(request, comm);
+  SolvedObject object;
   solvers::eigen::SolveOptions solve = request.solve;
   const auto solve_mesh = [&](const solvers::mesh::MeshResult& mesh) {
     if (!request.mesh.shape.family.empty()) {
       check_size(solvers::mesh::bounding_box(mesh.mesh.nodes).longest_side(), request.any_size);
     }
-    body.materials = assign_materials(request.materials, mesh.mesh.region_names);
-    return std::vector{solvers::eigen::cached_modes(mesh.mesh, elastic_of(body.materials), solve,
-                                                    comm, cache, body.trace)};
+    object.materials = assign_materials(request.materials, mesh.mesh.region_names);
+    return std::vector{solvers::eigen::cached_modes(mesh.mesh, elastic_of(object.materials), solve,
+                                                    comm, cache, object.trace)};
   };
   if (request.pitch_cents != 0) {
     solve.band = solvers::pitch::judged_band(solve.band);
@@ -113,18 +114,18 @@ Body solve_body(const BodyRequest& request, MPI_Comm comm, const std::filesystem
                              .memory_limit = solve.memory_limit,
                              .limits = {},
                              .cache = cache};
-    auto result = refine_to_pitch(search, solve_mesh, comm, body.trace);
-    body.mesh = std::move(result.mesh);
-    body.modes = std::move(result.sets.front());
-    body.pitch_target = std::move(result.report);
+    auto result = refine_to_pitch(search, solve_mesh, comm, object.trace);
+    object.mesh = std::move(result.mesh);
+    object.modes = std::move(result.sets.front());
+    object.pitch_target = std::move(result.report);
   } else {
     {
-      const core::ScopedTimer timer(mesh_entry(body.trace, request.mesh, cache));
-      body.mesh = shared_mesh(request.mesh, {}, cache, comm);
+      const core::ScopedTimer timer(mesh_entry(object.trace, request.mesh, cache));
+      object.mesh = shared_mesh(request.mesh, {}, cache, comm);
     }
-    body.modes = std::move(solve_mesh(body.mesh).front());
+    object.modes = std::move(solve_mesh(object.mesh).front());
   }
-  return body;
+  return object;
 }
 
 std::vector<solvers::elements::Elastic> elastic_of(

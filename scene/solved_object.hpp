@@ -17,18 +17,18 @@ namespace carillon::scene {
 /// Materials by the region of a mesh that they fill; "" for every region.
 using RegionMaterials = std::map<std::string, synth::material::Material>;
 
-/// What the modes of a body are found with.
-enum class BodySolver {
-  tetrahedra,   ///< any body: eigen::solve_modes()
+/// What the modes of an object are found with.
+enum class ObjectSolver {
+  tetrahedra,   ///< any object: eigen::solve_modes()
   axisymmetric  ///< generated bodies of revolution: axisymmetric::solve_axisymmetric()
 };
 
-/// A body of one or more materials, and how its modes are to be found.
-struct BodyRequest {
+/// An object of one or more materials, and how its modes are to be found.
+struct ObjectRequest {
   solvers::mesh::MeshRequest mesh;
   RegionMaterials materials;
-  bool any_size = false;  ///< lets a body outside 1 mm to 10 m pass
-  BodySolver solver = BodySolver::tetrahedra;
+  bool any_size = false;  ///< lets an object outside 1 mm to 10 m pass
+  ObjectSolver solver = ObjectSolver::tetrahedra;
   solvers::eigen::SolveOptions solve;  ///< the axisymmetric solver takes its band alone
   double pitch_cents = 0;              ///< refine until the worst mode is within it; 0: as it comes
 };
@@ -47,7 +47,7 @@ std::vector<synth::material::Material> listed(const RegionMaterials& materials);
 std::vector<synth::material::Material> assign_materials(const RegionMaterials& materials,
                                                         const std::vector<std::string>& regions);
 
-/// Bodies outside 1 mm to 10 m are mostly slips of a unit.
+/// Objects outside 1 mm to 10 m are mostly slips of a unit.
 /// @param longest  longest side [m], sizes included
 /// @throws InputError  outside, and `any_size` is off
 void check_size(double longest, bool any_size);
@@ -63,8 +63,8 @@ solvers::mesh::MeshResult shared_mesh(const solvers::mesh::MeshRequest& request,
 core::Trace::Entry& mesh_entry(core::Trace& trace, const solvers::mesh::MeshRequest& request,
                                const std::filesystem::path& cache);
 
-/// A body with its modes.
-struct Body {
+/// An object with its modes.
+struct SolvedObject {
   solvers::mesh::MeshResult mesh;  ///< of the axisymmetric solver a region's name alone
   std::vector<synth::material::Material> materials;  ///< one per region
   solvers::modes::Modes modes;
@@ -72,16 +72,15 @@ struct Body {
   core::Trace trace;
 };
 
-/// Meshes a body and finds its modes, each behind the cache (empty path: none). A
+/// Meshes an object and finds its modes, each behind the cache (empty path: none). A
 /// libraries::SolverEnvironment must be alive.
 /// @return the same on every rank
-/// @throws InputError   see solve_modes(), assign_materials(), check_size(); an axisymmetric solve
-/// of
-///                      a body that is not turned about an axis
+/// @throws InputError   see solve_modes(), assign_materials(), check_size(); an axisymmetric solve of
+///                      an object that is not turned about an axis
 /// @throws FileError, SolverError, StorageError  as mesh_in_child() and solve_modes() do
 /// @note Collective on comm.
-Body solve_body(const BodyRequest& request, MPI_Comm comm = MPI_COMM_WORLD,
-                const std::filesystem::path& cache = {});
+SolvedObject solve_object(const ObjectRequest& request, MPI_Comm comm = MPI_COMM_WORLD,
+                          const std::filesystem::path& cache = {});
 
 std::vector<solvers::elements::Elastic> elastic_of(
     const std::vector<synth::material::Material>& materials);
