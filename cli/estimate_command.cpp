@@ -20,8 +20,8 @@ namespace carillon::cli {
 namespace {
 
 /// Assumed where no material is named: glass and most metals are near it.
-constexpr const char* kAssumedModulus = "70 GPa";
-constexpr const char* kAssumedDensity = "2500 kg/m^3";
+constexpr const char* assumed_youngs_modulus = "70 GPa";
+constexpr const char* assumed_density = "2500 kg/m^3";
 
 struct EstimateOptions {
   ObjectOptions object;
@@ -46,8 +46,8 @@ synth::material::Material assumed_material(const EstimateOptions& options) {
                            "--poisson-ratio 0.3, or --material with a preset that has it");
   }
   synth::material::Material material = synth::material::parse_material(
-      named.empty() ? fmt::format("youngs_modulus={},poisson_ratio={},density={}", kAssumedModulus,
-                                  options.poisson_ratio, kAssumedDensity)
+      named.empty() ? fmt::format("youngs_modulus={},poisson_ratio={},density={}",
+                                  assumed_youngs_modulus, options.poisson_ratio, assumed_density)
                     : named);
   if (!options.poisson_ratio.empty()) {
     material.elastic.poisson_ratio =

@@ -131,7 +131,7 @@ void add_preview(Program& program, Context& context) {
                               {"id", sample.id},
                               {"peak", result.peak},
                               {"unit", result.sound.rings.readout.unit},
-                              {"record", record.last_row(core::kLongestShown)},
+                              {"record", record.last_row(core::longest_shown)},
                               {"folder", options->output}};
     if (!build.config.motion) summary["modes"] = result.sound.modes;
     if (context.json) {

@@ -19,7 +19,7 @@ namespace {
 
 /// Further off its vertex, the strike is on another part of the object [fraction of the longest
 /// side].
-constexpr double kOffTheMesh = 0.02;
+constexpr double off_the_mesh = 0.02;
 
 struct ImpactOptions {
   ObjectOptions object;
@@ -99,7 +99,7 @@ std::vector<eval::recorded_objects::ModelStrike> model_strikes(
     one.direction = -frame.normal;
     one.listener.position = folder.listeners[strike.row];
     const double off = (frame.position - folder.struck[strike.row]).norm();
-    if (off > kOffTheMesh * size) {
+    if (off > off_the_mesh * size) {
       remarks.push_back(fmt::format("vertex {} lies {:.2g} mm off the object that was solved",
                                     strike.vertex, 1000 * off));
     }

@@ -16,7 +16,7 @@ namespace carillon::core {
 
 /// Arrays of a row that are shown to people and programs have so many values at the most; longer
 /// ones are for the dataset.
-inline constexpr std::size_t kLongestShown = 16;
+inline constexpr std::size_t longest_shown = 16;
 
 /// What a column holds, in whichever shard.
 struct ColumnRule {

@@ -20,18 +20,18 @@ namespace carillon::render {
 
 namespace {
 
-constexpr int kSamples = 3;  ///< per pixel and direction
-constexpr int kShadowSide = 1024;
-constexpr double kRoomAround = 1.08;  ///< room around the body's ball
+constexpr int samples = 3;  ///< per pixel and direction
+constexpr int shadow_side = 1024;
+constexpr double room_around = 1.08;  ///< room around the body's ball
 
 /// A light fixed to the camera: to the right, up and towards the camera.
 struct Light {
   Vec3 direction;
   Vec3 color;
 };
-const std::array<Light, 3> kLights = {{{{-0.55, 0.75, 0.65}, {0.62, 0.605, 0.575}},  // key
-                                       {{0.80, 0.10, 0.60}, {0.13, 0.145, 0.17}},    // fill
-                                       {{0.30, 0.60, -0.75}, {0.36, 0.36, 0.38}}}};  // rim
+const std::array<Light, 3> lights = {{{{-0.55, 0.75, 0.65}, {0.62, 0.605, 0.575}},  // key
+                                      {{0.80, 0.10, 0.60}, {0.13, 0.145, 0.17}},    // fill
+                                      {{0.30, 0.60, -0.75}, {0.36, 0.36, 0.38}}}};  // rim
 
 void check_all(const Camera& camera, const Appearance& appearance) {
   check_picture(camera.width, camera.height, camera.field_of_view);
@@ -66,7 +66,7 @@ View make_view(const Camera& camera, double radius) {
   const double half_height = std::tan(camera.field_of_view / 2);
   const double half_narrow = std::atan(half_height * std::min(1.0, aspect));
   view.distance =
-      camera.distance > 0 ? camera.distance / radius : kRoomAround / std::sin(half_narrow);
+      camera.distance > 0 ? camera.distance / radius : room_around / std::sin(half_narrow);
 
   // Clip planes hug the ball; a camera inside it still sees what lies ahead.
   const double near = std::max(view.distance - 1.01, 1e-3);
@@ -86,12 +86,12 @@ View make_view(const Camera& camera, double radius) {
 
 /// Orthographic view of the ball from a light.
 Eigen::Matrix4d light_view(const Vec3& direction) {
-  constexpr double kReach = 1.05;
+  constexpr double reach_factor = 1.05;
   const Vec3 side = direction.unitOrthogonal();
   Eigen::Matrix4d light = Eigen::Matrix4d::Identity();
-  light.block<1, 3>(0, 0) = side.transpose() / kReach;
-  light.block<1, 3>(1, 0) = direction.cross(side).transpose() / kReach;
-  light.block<1, 3>(2, 0) = -direction.transpose() / kReach;
+  light.block<1, 3>(0, 0) = side.transpose() / reach_factor;
+  light.block<1, 3>(1, 0) = direction.cross(side).transpose() / reach_factor;
+  light.block<1, 3>(2, 0) = -direction.transpose() / reach_factor;
   return light;
 }
 
@@ -99,10 +99,10 @@ Eigen::Matrix4d light_view(const Vec3& direction) {
 class FrameRenderer {
  public:
   FrameRenderer()
-      : shadow_program_(make_program(kShadowVertex, kShadowFragment)),
-        background_program_(make_program(kBackgroundVertex, kBackgroundFragment)),
-        body_program_(make_program(kBodyVertex, std::string(kVersion) + kShading + kBodyFragment)),
-        shadows_(kShadowSide) {
+      : shadow_program_(make_program(shadow_vertex, shadow_fragment)),
+        background_program_(make_program(background_vertex, background_fragment)),
+        body_program_(make_program(body_vertex, std::string(version) + shading + body_fragment)),
+        shadows_(shadow_side) {
     glGenVertexArrays(1, no_vertices_.put());
     check_gl("setting up");
   }
@@ -112,13 +112,13 @@ class FrameRenderer {
     const DrawableMesh body(mesh);
     std::array<Vec3, 3> direction;
     for (std::size_t i = 0; i < 3; ++i) {
-      direction[i] = view.axes.transpose() * kLights[i].direction.normalized();
+      direction[i] = view.axes.transpose() * lights[i].direction.normalized();
     }
     const Eigen::Matrix4d light = light_view(direction[0]);
     draw_shadows(body, light);
 
-    const int width = kSamples * camera.width;
-    const int height = kSamples * camera.height;
+    const int width = samples * camera.width;
+    const int height = samples * camera.height;
     const Texture colors = make_target(GL_RGBA16F, GL_RGBA, GL_FLOAT, width, height);
     const Texture depths =
         make_target(GL_DEPTH_COMPONENT32F, GL_DEPTH_COMPONENT, GL_FLOAT, width, height);
@@ -148,11 +148,11 @@ class FrameRenderer {
     set_number(body_program_, "metallic", appearance.metallic);
     for (std::size_t i = 0; i < 3; ++i) {
       set_vector(body_program_, fmt::format("light_direction[{}]", i), direction[i]);
-      set_vector(body_program_, fmt::format("light_color[{}]", i), kLights[i].color);
+      set_vector(body_program_, fmt::format("light_color[{}]", i), lights[i].color);
     }
     glBindTexture(GL_TEXTURE_2D, shadows_.texture());
     body.draw();
-    core::Image image = read_picture(camera.width, camera.height, kSamples);
+    core::Image image = read_picture(camera.width, camera.height, samples);
     check_gl("drawing");
     return image;
   }
@@ -190,7 +190,7 @@ core::Image render_frame(const solvers::mesh::SurfaceMesh& mesh, const Camera& c
                          const Appearance& appearance) {
   check_all(camera, appearance);
   const BoundingBall ball = bounding_ball(mesh);
-  const ShadingMesh body = shading_mesh(mesh, ball, kCreaseAngle);
+  const ShadingMesh body = shading_mesh(mesh, ball, default_crease_angle);
   const View view = make_view(camera, ball.radius);
   // Compiling the shaders takes longer than a picture; a context belongs to its thread.
   thread_local FrameRenderer renderer;

@@ -3,17 +3,17 @@
 namespace carillon::render {
 
 /// Depth of the body seen from the key light.
-inline constexpr const char* kShadowVertex = R"(#version 330 core
+inline constexpr const char* shadow_vertex = R"(#version 330 core
 layout(location = 0) in vec3 position;
 uniform mat4 light_from_body;
 void main() { gl_Position = light_from_body * vec4(position, 1.0); }
 )";
-inline constexpr const char* kShadowFragment = R"(#version 330 core
+inline constexpr const char* shadow_fragment = R"(#version 330 core
 void main() {}
 )";
 
 /// One triangle over the whole picture.
-inline constexpr const char* kBackgroundVertex = R"(#version 330 core
+inline constexpr const char* background_vertex = R"(#version 330 core
 out float height;
 void main() {
   vec2 corner = vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0);
@@ -21,13 +21,13 @@ void main() {
   gl_Position = vec4(corner, 0.0, 1.0);
 }
 )";
-inline constexpr const char* kBackgroundFragment = R"(#version 330 core
+inline constexpr const char* background_fragment = R"(#version 330 core
 in float height;
 out vec4 color;
 void main() { color = vec4(vec3(mix(0.52, 0.80, 0.5 + 0.5 * height)), 1.0); }
 )";
 
-inline constexpr const char* kBodyVertex = R"(#version 330 core
+inline constexpr const char* body_vertex = R"(#version 330 core
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
 uniform mat4 clip_from_body;
@@ -40,8 +40,8 @@ void main() {
 }
 )";
 
-/// After kShading.
-inline constexpr const char* kBodyFragment = R"(
+/// After shading.
+inline constexpr const char* body_fragment = R"(
 in vec3 body_position;
 in vec3 body_normal;
 out vec4 color;

@@ -17,11 +17,11 @@
 namespace carillon::render {
 namespace {
 
-constexpr int kShadowSide = 2048;
+constexpr int shadow_side = 2048;
 using core::infinity;
 
 /// Units that textures are bound to.
-constexpr int kShadowUnit = 0, kSlopesUnit = 1, kHeightsUnit = 2, kFootprintUnit = 3;
+constexpr int shadow_unit = 0, slopes_unit = 1, heights_unit = 2, footprint_unit = 3;
 
 void bind(int unit, GLuint texture) {
   glActiveTexture(static_cast<GLenum>(GL_TEXTURE0 + unit));
@@ -30,18 +30,18 @@ void bind(int unit, GLuint texture) {
 
 /// A fragment shader by the key light and a weak one from the camera's side.
 std::string lit(const char* definitions, const char* fragment) {
-  return std::string(kVersion) + "#define LIGHTS 2\n" + definitions + kShading + kSceneCommon +
+  return std::string(version) + "#define LIGHTS 2\n" + definitions + shading + scene_common +
          fragment;
 }
 
 /// Programs of all scenes; compiling them takes longer than a frame.
 struct ScenePrograms {
   OffscreenContext& context = offscreen_context();
-  Program shadow = make_program(kSceneShadowVertex, kSceneShadowFragment);
-  Program background = make_program(kBackgroundVertex, kBackgroundFragment);
-  Program body = make_program(kSceneVertex, lit("", kSceneFragment));
-  Program relief = make_program(kReliefVertex, lit("", kReliefFragment));
-  Program cut_out_relief = make_program(kReliefVertex, lit("#define CUT_OUT\n", kReliefFragment));
+  Program shadow = make_program(scene_shadow_vertex, scene_shadow_fragment);
+  Program background = make_program(background_vertex, background_fragment);
+  Program body = make_program(scene_vertex, lit("", scene_fragment));
+  Program relief = make_program(relief_vertex, lit("", relief_fragment));
+  Program cut_out_relief = make_program(relief_vertex, lit("#define CUT_OUT\n", relief_fragment));
   FootprintPainter footprints;
 };
 
@@ -66,7 +66,7 @@ struct SceneRenderer::Parts {
   SceneView view;
   std::vector<Drawn> bodies;
   std::optional<Drawn> ground;
-  ShadowMap shadows{kShadowSide};
+  ShadowMap shadows{shadow_side};
   Texture colors, places, depths;
   Framebuffer target;
   VertexArray no_vertices;
@@ -194,20 +194,20 @@ void SceneRenderer::Parts::set_common(const Program& program, const Drawn& drawn
     set_vector(program, fmt::format("light_color[{}]", i), light_colors[i]);
   }
   // A step off the surface and one towards the light keep a face out of its own shadow.
-  const double sample = 2 * shadow_radius / kShadowSide;
+  const double sample = 2 * shadow_radius / shadow_side;
   set_vector(program, "shadow_steps",
-             {1.5 * sample, 1.0 / kShadowSide, 1.0 * sample / (2 * shadow_radius)});
+             {1.5 * sample, 1.0 / shadow_side, 1.0 * sample / (2 * shadow_radius)});
   set_vector(program, "fade_middle", fade_middle);
   set_number(program, "fade_reach", drawn.fade_reach);
-  set_integer(program, "shadow_map", kShadowUnit);
-  set_integer(program, "slopes", kSlopesUnit);
-  set_integer(program, "heights", kHeightsUnit);
+  set_integer(program, "shadow_map", shadow_unit);
+  set_integer(program, "slopes", slopes_unit);
+  set_integer(program, "heights", heights_unit);
   set_number(program, "pixel_angle", view.pixel_angle);
-  bind(kShadowUnit, shadows.texture());
+  bind(shadow_unit, shadows.texture());
   if (!drawn.detail) return;
   const FaceDetail& detail = *drawn.detail;
-  bind(kSlopesUnit, detail.slopes.get());
-  if (detail.relief()) bind(kHeightsUnit, detail.heights.get());
+  bind(slopes_unit, detail.slopes.get());
+  if (detail.relief()) bind(heights_unit, detail.heights.get());
   glUniform2f(glGetUniformLocation(program.get(), "map_size"), float(detail.map_size.x()),
               float(detail.map_size.y()));
   glUniform2f(glGetUniformLocation(program.get(), "face_size"), float(drawn.face_size.x()),
@@ -244,10 +244,10 @@ void SceneRenderer::Parts::draw_relief(const Drawn& drawn, const Eigen::Affine3d
   set_vector(program, "eye_place", world_from_face.inverse() * view.eye);
   set_vector(program, "light_place", world_from_face.linear().transpose() * light);
   set_integer(program, "goes_on", drawn.footprint->goes_on ? 1 : 0);
-  set_integer(program, "footprint", kFootprintUnit);
+  set_integer(program, "footprint", footprint_unit);
   glUniform2f(glGetUniformLocation(program.get(), "margin"), float(drawn.footprint->margin.x()),
               float(drawn.footprint->margin.y()));
-  bind(kFootprintUnit, drawn.footprint->inside.get());
+  bind(footprint_unit, drawn.footprint->inside.get());
   glEnable(GL_CULL_FACE);
   glCullFace(GL_FRONT);
   glBindVertexArray(no_vertices.get());

@@ -4,7 +4,7 @@ namespace carillon::render {
 
 /// Depth from the light. The slab that a relief is cut into casts no shadow here: within it, the
 /// relief itself does.
-inline constexpr const char* kSceneShadowVertex = R"(#version 330 core
+inline constexpr const char* scene_shadow_vertex = R"(#version 330 core
 layout(location = 0) in vec3 position;
 uniform mat4 light_from_mesh;
 uniform mat4 face_from_mesh;
@@ -14,7 +14,7 @@ void main() {
   gl_Position = light_from_mesh * vec4(position, 1.0);
 }
 )";
-inline constexpr const char* kSceneShadowFragment = R"(#version 330 core
+inline constexpr const char* scene_shadow_fragment = R"(#version 330 core
 in vec3 face_position;
 uniform vec3 slab;  // width, height and depth; a depth of 0: none
 uniform float face_tolerance;
@@ -28,7 +28,7 @@ void main() {
 )";
 
 /// A body's triangles. Places of a textured face are (u, v, height above the face) [m].
-inline constexpr const char* kSceneVertex = R"(#version 330 core
+inline constexpr const char* scene_vertex = R"(#version 330 core
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
 uniform mat4 clip_from_world;
@@ -47,8 +47,8 @@ void main() {
 }
 )";
 
-/// After kShading: what bodies and reliefs have in common.
-inline constexpr const char* kSceneCommon = R"(
+/// After shading: what bodies and reliefs have in common.
+inline constexpr const char* scene_common = R"(
 layout(location = 0) out vec4 color;
 layout(location = 1) out vec4 depth_and_body;
 uniform mat4 light_from_world;
@@ -98,8 +98,8 @@ void put(vec3 position, vec3 n, vec3 reflected, float lit) {
 }
 )";
 
-/// After kSceneCommon: a body's triangles.
-inline constexpr const char* kSceneFragment = R"(
+/// After scene_common: a body's triangles.
+inline constexpr const char* scene_fragment = R"(
 in vec3 world_position;
 in vec3 world_normal;
 in vec3 face_position;
@@ -135,7 +135,7 @@ void main() {
 )";
 
 /// The slab that a relief is cut into: back faces of a box between the face and its deepest point.
-inline constexpr const char* kReliefVertex = R"(#version 330 core
+inline constexpr const char* relief_vertex = R"(#version 330 core
 uniform mat4 clip_from_world;
 uniform mat4 world_from_box;
 uniform vec2 face_size;
@@ -151,10 +151,10 @@ void main() {
 }
 )";
 
-/// After kSceneCommon; with CUT_OUT defined for faces that do not fill the map's rectangle. Rays
+/// After scene_common; with CUT_OUT defined for faces that do not fill the map's rectangle. Rays
 /// march through the slab in steps of half a texel, or of a pixel where that is longer, and halve
 /// the last one.
-inline constexpr const char* kReliefFragment = R"(
+inline constexpr const char* relief_fragment = R"(
 in vec3 far_place;
 uniform mat4 clip_from_world;
 uniform mat4 world_from_box;

@@ -2,14 +2,14 @@
 
 namespace carillon::render {
 
-inline constexpr const char* kVersion = "#version 330 core\n";
+inline constexpr const char* version = "#version 330 core\n";
 
-/// After kVersion, and LIGHTS where there are not three of them: what a surface sends back. Cook
+/// After version, and LIGHTS where there are not three of them: what a surface sends back. Cook
 /// and Torrance with GGX (Walter et al. 2007), Smith's height-correlated masking (Heitz 2014) and
 /// Schlick's Fresnel term; three directional lights, of which `lit` is the part of the first that
 /// is not in shadow; a studio of soft boxes as surroundings. n and v: unit vectors of the normal
 /// and to the eye.
-inline constexpr const char* kShading = R"(
+inline constexpr const char* shading = R"(
 #ifndef LIGHTS
 #define LIGHTS 3
 #endif

@@ -18,7 +18,7 @@ struct ShadingMesh {
 };
 
 /// Faces that meet at more keep their edge [rad].
-inline constexpr double kCreaseAngle = 40 * std::numbers::pi / 180;
+inline constexpr double default_crease_angle = 40 * std::numbers::pi / 180;
 
 /// Ball that holds a body: centre of its box, farthest vertex.
 struct BoundingBall {

@@ -17,13 +17,13 @@ namespace carillon::render {
 
 namespace {
 
-constexpr int kMaxResolution = 512;
+constexpr int max_resolution = 512;
 
 /// How far the surface is moved inward before its cells are looked for, in cells: a face that lies
 /// exactly between two cells then belongs to the inner one, wherever rounding puts it. Vertices are
 /// moved, so that the surface stays closed and nothing leaks.
-constexpr double kInward = 1e-6;
-constexpr double kTouch = 1e-9;
+constexpr double inward = 1e-6;
+constexpr double touch = 1e-9;
 
 /// Cells the surface passes through; vertices are given in cells.
 std::vector<std::uint8_t> surface_cells(const std::vector<Vec3>& vertices,
@@ -39,18 +39,18 @@ std::vector<std::uint8_t> surface_cells(const std::vector<Vec3>& vertices,
     std::array<Vec3, 3> corner;
     for (std::size_t k = 0; k < 3; ++k) {
       const auto vertex = static_cast<std::size_t>(triangle[k]);
-      corner[k] = vertices[vertex] - kInward * normals[vertex];
+      corner[k] = vertices[vertex] - inward * normals[vertex];
     }
     const Vec3 low = corner[0].cwiseMin(corner[1]).cwiseMin(corner[2]);
     const Vec3 high = corner[0].cwiseMax(corner[1]).cwiseMax(corner[2]);
-    for (int x = cell_of(low.x() - kTouch); x <= cell_of(high.x() + kTouch); ++x) {
-      for (int y = cell_of(low.y() - kTouch); y <= cell_of(high.y() + kTouch); ++y) {
-        for (int z = cell_of(low.z() - kTouch); z <= cell_of(high.z() + kTouch); ++z) {
+    for (int x = cell_of(low.x() - touch); x <= cell_of(high.x() + touch); ++x) {
+      for (int y = cell_of(low.y() - touch); y <= cell_of(high.y() + touch); ++y) {
+        for (int z = cell_of(low.z() - touch); z <= cell_of(high.z() + touch); ++z) {
           auto& cell =
               cells[(static_cast<std::size_t>(x) * size + static_cast<std::size_t>(y)) * size +
                     static_cast<std::size_t>(z)];
           if (cell == 0 && triangle_meets_box(corner, Vec3(x + 0.5, y + 0.5, z + 0.5),
-                                              Vec3::Constant(0.5), kTouch)) {
+                                              Vec3::Constant(0.5), touch)) {
             cell = 1;
           }
         }
@@ -97,8 +97,8 @@ std::vector<std::uint8_t> reachable_cells(const std::vector<std::uint8_t>& fille
 }
 
 void check(const solvers::mesh::SurfaceMesh& mesh, const VoxelOptions& options) {
-  if (options.resolution < 1 || options.resolution > kMaxResolution) {
-    throw core::InputError(fmt::format("voxels: resolution must be 1 to {}, not {}", kMaxResolution,
+  if (options.resolution < 1 || options.resolution > max_resolution) {
+    throw core::InputError(fmt::format("voxels: resolution must be 1 to {}, not {}", max_resolution,
                                        options.resolution));
   }
   if (!(options.pitch >= 0) || !std::isfinite(options.pitch)) {
@@ -153,8 +153,8 @@ VoxelGrid voxelize(const solvers::mesh::SurfaceMesh& mesh, const VoxelOptions& o
   grid.pitch = options.pitch > 0 ? options.pitch : longest / n;
   if (longest > grid.pitch * n * (1 + 1e-9)) {
     throw core::InputError(
-        fmt::format("voxels: {} cells of {:.4g} m hold {:.4g} m, but the object is {:.4g} m long", n,
-                    grid.pitch, grid.pitch * n, longest),
+        fmt::format("voxels: {} cells of {:.4g} m hold {:.4g} m, but the object is {:.4g} m long",
+                    n, grid.pitch, grid.pitch * n, longest),
         fmt::format("a pitch of {:.4g} m fits", rounded_up(longest / n)));
   }
   const Vec3 centre = (box.low + box.high) / 2;

@@ -36,10 +36,11 @@ std::size_t that_fit(std::size_t most, std::size_t bytes, const BytesOf& bytes_o
 
 GallerySkin skin_of(const solvers::mesh::SurfaceMesh& flat,
                     const solvers::modes::ModeSurface& surface, std::size_t modes) {
-  GallerySkin skin{render::shading_mesh(flat, render::bounding_ball(flat), render::kCreaseAngle),
-                   surface.order,
-                   {},
-                   modes};
+  GallerySkin skin{
+      render::shading_mesh(flat, render::bounding_ball(flat), render::default_crease_angle),
+      surface.order,
+      {},
+      modes};
   const auto nodes = static_cast<std::size_t>(solvers::elements::nodes_per_face(surface.order));
   const auto pieces = static_cast<std::size_t>(surface.order * surface.order);
   for (std::size_t n = 0; n < surface.faces.size(); ++n) {
@@ -71,7 +72,7 @@ GallerySkin skin_that_fits(const solvers::modes::ModeSurface& surface, std::size
   const std::size_t wanted = fit * 95 / 100 * surface.nodes.size() / vertices;
   try {
     const solvers::mesh::SurfaceMesh coarser =
-        solvers::mesh::simplify::coarser_surface(fine, wanted, render::kCreaseAngle);
+        solvers::mesh::simplify::coarser_surface(fine, wanted, render::default_crease_angle);
     solvers::modes::ModeSurface straight{1, {}, {}};
     for (const solvers::mesh::Triangle& t : coarser.triangles) {
       straight.faces.insert(straight.faces.end(), t.begin(), t.end());

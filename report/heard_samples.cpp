@@ -41,7 +41,7 @@ void add_label(const Hdf5Group& index, const std::string& column, std::uint64_t 
   const auto values = index.read_rows<double>(column, row, 1);
   if (values.size() == 1) {
     labels[name] = core::number_or_null(values.front());
-  } else if (values.size() <= core::kLongestShown) {
+  } else if (values.size() <= core::longest_shown) {
     std::string text;
     for (const double value : values)
       text += fmt::format("{}{:.3g}", text.empty() ? "" : " × ", value);

@@ -12,18 +12,18 @@
 
 namespace carillon::scene {
 
-using synth::room::kOctaves;
+using synth::room::octave_count;
 using synth::room::OctaveValues;
 
 namespace {
 
-constexpr double kHeardAirLoss = 1;     ///< [dB]
-constexpr double kUnheardImage = 1e-3;  ///< pressure against the direct sound
+constexpr double heard_air_loss = 1;    ///< [dB]
+constexpr double unheard_image = 1e-3;  ///< pressure against the direct sound
 
 // Measured by scripts/bench room (docs/sound/room.md), at 44.1 kHz.
-constexpr double kSecondsPerImage = 4e-5;
-constexpr double kSecondsPerTailSecond = 0.02;
-constexpr double kSecondsPerSample = 2.6e-8;  ///< of a convolution
+constexpr double seconds_per_image = 4e-5;
+constexpr double seconds_per_tail_second = 0.02;
+constexpr double seconds_per_sample = 2.6e-8;  ///< of a convolution
 
 std::vector<Vec3> places_of(const Scene& scene) {
   std::vector<Vec3> places;
@@ -36,7 +36,7 @@ std::vector<Vec3> places_of(const Scene& scene) {
 bool walls_reflect_nothing(const synth::room::WallAbsorption& walls, std::size_t octaves) {
   for (const OctaveValues& wall : walls) {
     for (std::size_t b = 0; b < octaves; ++b) {
-      if (std::sqrt(1 - wall[b]) >= kUnheardImage) return false;
+      if (std::sqrt(1 - wall[b]) >= unheard_image) return false;
     }
   }
   return true;
@@ -79,8 +79,8 @@ bool air_is_heard(const RoomScene& room, const Scene& scene) {
       scene.listeners.begin(), scene.listeners.end(), [&](const synth::modal::Listener& listener) {
         // Losses grow with frequency.
         const double highest =
-            std::min(synth::room::kOctaveCentres[octaves - 1], scene.audio.sample_rate / 2);
-        return synth::room::air_loss(highest, listener.position.norm(), room.air) >= kHeardAirLoss;
+            std::min(synth::room::octave_centres[octaves - 1], scene.audio.sample_rate / 2);
+        return synth::room::air_loss(highest, listener.position.norm(), room.air) >= heard_air_loss;
       });
 }
 
@@ -114,7 +114,7 @@ double memory_of_spectra(const RoomScene& room, const Scene& scene) {
   // A complex number for each sample of a clip that is padded to twice its length, and for every
   // other one of what air takes from the direct sound, which is short.
   const double spectra = 24.0 * static_cast<double>(scene.audio.samples());
-  return std::min(kRoomMemory,
+  return std::min(room_memory,
                   spectra * rooms_of_a_shape(room, scene) * static_cast<double>(scene.rows()));
 }
 
@@ -141,15 +141,15 @@ double seconds_per_sound(const RoomScene& room, const Scene& scene, bool images)
     // Of those that are asked for, as many as arrive within the clip.
     const double reach = synth::room::sound_speed(room.air) * scene.audio.seconds;
     const double within = 4 * std::numbers::pi / 3 * reach * reach * reach / place.size.prod();
-    seconds = kSecondsPerImage * rate * std::min(images_up_to(room.order), within);
+    seconds = seconds_per_image * rate * std::min(images_up_to(room.order), within);
   } else {
     const OctaveValues rt60 = synth::room::eyring(
         place.size, synth::room::mean_absorption(place.size, place.walls), room.air);
     const double longest = *std::max_element(rt60.begin(), rt60.end());
-    seconds = kSecondsPerTailSecond * rate * std::min(1.5 * longest, scene.audio.seconds);
+    seconds = seconds_per_tail_second * rate * std::min(1.5 * longest, scene.audio.seconds);
   }
   const auto strikes = static_cast<double>(scene.strikes_per_object());
-  const double convolution = kSecondsPerSample * static_cast<double>(scene.audio.samples());
+  const double convolution = seconds_per_sample * static_cast<double>(scene.audio.samples());
   return convolution + seconds * std::min(1.0, room.count / std::max(1.0, strikes));
 }
 

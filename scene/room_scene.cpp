@@ -13,12 +13,12 @@ namespace carillon::scene {
 
 using core::ConfigNode;
 using core::Dimension;
-using synth::room::kOctaves;
+using synth::room::octave_count;
 using synth::room::OctaveValues;
 
 namespace {
 
-constexpr double kListenerMargin =
+constexpr double listener_margin =
     0.01;  ///< of a listener to walls where places are drawn, of a side
 
 /// One value for all octaves, or a list of 6 to 8 from 125 Hz on, the last for those above.
@@ -29,11 +29,11 @@ OctaveValues read_octaves(ConfigNode& node, const std::string& key, Dimension di
     return values;
   }
   const std::vector<double> list = node.quantities(key, dimension);
-  if (list.size() < 6 || list.size() > kOctaves) {
+  if (list.size() < 6 || list.size() > octave_count) {
     node.fail(key, fmt::format("one value, or 6 to 8 for the octaves from 125 Hz on, not {}",
                                list.size()));
   }
-  for (std::size_t b = 0; b < kOctaves; ++b) values[b] = list[std::min(b, list.size() - 1)];
+  for (std::size_t b = 0; b < octave_count; ++b) values[b] = list[std::min(b, list.size() - 1)];
   return values;
 }
 
@@ -56,8 +56,8 @@ synth::room::WallAbsorption read_walls(ConfigNode& room) {
   std::optional<OctaveValues> others;
   if (walls.has("walls")) others = read_absorption(walls, "walls");
   synth::room::WallAbsorption absorption;
-  for (std::size_t w = 0; w < synth::room::kWalls; ++w) {
-    const char* name = synth::room::kWallNames[w];
+  for (std::size_t w = 0; w < synth::room::wall_count; ++w) {
+    const char* name = synth::room::wall_names[w];
     if (walls.has(name)) {
       absorption[w] = read_absorption(walls, name);
     } else if (others) {
@@ -88,7 +88,7 @@ synth::room::WallAbsorption walls_of(const RoomScene& scene, const Vec3& size, d
   // One number is that of 1 kHz, where it is within the limits of air and absorption alone; walls
   // absorb alike at all octaves, and air makes the highest shorter.
   OctaveValues times;
-  for (std::size_t b = 0; b < kOctaves; ++b) {
+  for (std::size_t b = 0; b < octave_count; ++b) {
     const auto limits = synth::room::reverberation_limits(size, b, scene.air);
     times[b] = b == 3 ? *scene.rt60 : std::clamp(*scene.rt60, limits.low, limits.high);
   }
@@ -103,7 +103,7 @@ Eigen::AlignedBox3d places(const RoomScene& scene, const Vec3& size,
   const Vec3 margin = scene.margin > 0 ? Vec3::Constant(scene.margin) : Vec3(0.1 * size);
   Eigen::AlignedBox3d box(margin, size - margin);
   for (const Vec3& listener : listeners) {
-    const Vec3 near = kListenerMargin * size;
+    const Vec3 near = listener_margin * size;
     box = box.intersection(Eigen::AlignedBox3d(near - listener, size - near - listener));
   }
   if (box.isEmpty()) {
@@ -148,7 +148,7 @@ RoomScene read_room(ConfigNode& root, const Scene& scene) {
     synth::room::sound_speed(synth::room::Air{room.air.temperature, 0.5});
   });
   core::at_key(node, "humidity", [&] { synth::room::sound_speed(room.air); });
-  room.order = static_cast<int>(node.integer("image_order", 0, synth::room::kHighestOrder, 3));
+  room.order = static_cast<int>(node.integer("image_order", 0, synth::room::highest_order, 3));
   room.drawn = !room.source || std::any_of(room.size.begin(), room.size.end(),
                                            [](auto side) { return side.low < side.high; });
   room.count = static_cast<int>(node.integer("count", 1, 1000000, 20));
@@ -260,14 +260,14 @@ void record_room(core::Columns& record, const RoomScene& scene, const Room& room
   record.add("room_source", std::span<const double>(room.source.data(), 3), {3});
   const OctaveValues rt60 = synth::room::eyring(
       room.size, synth::room::mean_absorption(room.size, room.walls), scene.air);
-  record.add("room_rt60", std::span<const double>(rt60), {kOctaves});
+  record.add("room_rt60", std::span<const double>(rt60), {octave_count});
 }
 
 const RoomSpectra::Entry& RoomSpectra::of(const synth::room::RoomOptions& options) {
   const std::string key = synth::room::room_key(options);
   const auto found = entries_.find(key);
   if (found != entries_.end()) return found->second;
-  if (static_cast<double>(bytes_) > kRoomMemory) {
+  if (static_cast<double>(bytes_) > room_memory) {
     entries_.clear();
     bytes_ = 0;
   }

@@ -89,7 +89,7 @@ std::optional<RoomScene> ask_for_room(core::ConfigNode& root, const Scene& scene
 double seconds_per_sound(const RoomScene& room, const Scene& scene, bool images);
 
 /// Spectra that one chain keeps at the most [byte].
-inline constexpr double kRoomMemory = 256.0 * 1024 * 1024;
+inline constexpr double room_memory = 256.0 * 1024 * 1024;
 
 /// Adds the columns `room`, `room_size`, `room_source` and `room_rt60` of a sample.
 void record_room(core::Columns& record, const RoomScene& scene, const Room& room);

@@ -75,8 +75,8 @@ struct SolvedObject {
 /// Meshes an object and finds its modes, each behind the cache (empty path: none). A
 /// libraries::SolverEnvironment must be alive.
 /// @return the same on every rank
-/// @throws InputError   see solve_modes(), assign_materials(), check_size(); an axisymmetric solve of
-///                      an object that is not turned about an axis
+/// @throws InputError   see solve_modes(), assign_materials(), check_size(); an axisymmetric solve
+///                      of an object that is not turned about an axis
 /// @throws FileError, SolverError, StorageError  as mesh_in_child() and solve_modes() do
 /// @note Collective on comm.
 SolvedObject solve_object(const ObjectRequest& request, MPI_Comm comm = MPI_COMM_WORLD,

@@ -98,7 +98,7 @@ void ExportedRows::add(const std::string& name) {
   const core::Extent extent = index_.extent(name);
   const std::uint64_t width =
       std::accumulate(extent.begin() + 1, extent.end(), std::uint64_t{1}, std::multiplies<>());
-  if (width > core::kLongestShown || width == 0) return;
+  if (width > core::longest_shown || width == 0) return;
   const std::string type = index_.element_type(name);
   const std::string unit = type == "text" ? "1" : index_.text_attribute("unit", name);
   columns_.push_back({name, type, unit, label_names(name, extent)});

@@ -8,7 +8,7 @@ namespace carillon::dataset::exporters {
 
 namespace {
 
-constexpr double kNano = 1e-9;
+constexpr double nano = 1e-9;
 
 /// A slider of a Rayleigh parameter: two decades to both sides, or from nothing on.
 std::string parameter_slider(const char* label, double value, double usual) {
@@ -28,8 +28,8 @@ FaustDamping rayleigh_of_one(const synth::damping::DampingModel& model, std::siz
       "alpha2 = {} * {};\n"
       "rate(lambda) = (alpha1 + alpha2*lambda)/2;\n",
       parameter_slider("v:object/[3]alpha1[unit:1/s]", model.parameters[0], 1000),
-      parameter_slider("v:object/[4]alpha2[unit:ns]", model.parameters[1] / kNano, 1000),
-      faust_number(kNano));
+      parameter_slider("v:object/[4]alpha2[unit:ns]", model.parameters[1] / nano, 1000),
+      faust_number(nano));
   damping.rates.assign(modes, "rate");
   return damping;
 }

@@ -15,7 +15,7 @@ using nlohmann::ordered_json;
 namespace {
 
 /// Straight lines between so many keyframes stay within half a percent of a sine.
-constexpr int kKeysOfSwing = 32;
+constexpr int keys_of_swing = 32;
 
 ordered_json material_json(const GltfMaterial& material) {
   const Vec3& color = material.appearance.color;
@@ -49,15 +49,15 @@ ordered_json primitives(GlbFile& file, const GltfObject& object) {
 /// One swing of each mode: the sine of its weight, all others at rest.
 ordered_json animations(GlbFile& file, const GltfObject& object) {
   std::vector<float> times;
-  for (int key = 0; key <= kKeysOfSwing; ++key) {
-    times.push_back(static_cast<float>(object.period * key / kKeysOfSwing));
+  for (int key = 0; key <= keys_of_swing; ++key) {
+    times.push_back(static_cast<float>(object.period * key / keys_of_swing));
   }
   const std::size_t input = file.add_times(times);
   ordered_json list = ordered_json::array();
   for (std::size_t mode = 0; mode < object.modes.size(); ++mode) {
     std::vector<float> weights(times.size() * object.modes.size(), 0.0F);
     for (std::size_t key = 0; key < times.size(); ++key) {
-      const double turn = 2 * std::numbers::pi * static_cast<double>(key) / kKeysOfSwing;
+      const double turn = 2 * std::numbers::pi * static_cast<double>(key) / keys_of_swing;
       weights[key * object.modes.size() + mode] = static_cast<float>(std::sin(turn));
     }
     list.push_back(

@@ -21,7 +21,7 @@ GltfSurface gltf_surface(const solvers::modes::ModeSurface& surface,
   result.mesh = solvers::modes::flatten(surface);
   // A ball of radius 1 about the origin leaves the positions as they are.
   const render::ShadingMesh shading =
-      render::shading_mesh(result.mesh, {Vec3::Zero(), 1}, render::kCreaseAngle);
+      render::shading_mesh(result.mesh, {Vec3::Zero(), 1}, render::default_crease_angle);
   result.smooth = shading.indices;
   result.regions.resize(regions);
   const auto pieces = static_cast<std::size_t>(surface.order) * std::size_t(surface.order);

@@ -217,7 +217,7 @@ Regenerated regenerate(const RegenerateOptions& options) {
     const Place place = find_stored(dataset, find_sample(dataset.build.plan, key));
     RegeneratedSample entry{.key = key, .id = sample.id, .stored = place.shard.has_value()};
     if (place.shard) entry.differences = differences(made, *place.shard, place.row);
-    entry.record = made.last_row(core::kLongestShown);
+    entry.record = made.last_row(core::longest_shown);
     if (!options.output.empty()) {
       const fs::path path = wav_path(options, key);
       if (path.has_parent_path()) fs::create_directories(path.parent_path());

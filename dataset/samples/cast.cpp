@@ -16,8 +16,8 @@ namespace carillon::dataset::samples {
 
 namespace {
 
-constexpr double kGroundDepth = 0.5;  ///< thickness of the slab that the ground is [m]
-constexpr double kRoundness = 1e-4;   ///< of a ball: spread of its radii over the largest
+constexpr double ground_depth = 0.5;  ///< thickness of the slab that the ground is [m]
+constexpr double roundness = 1e-4;    ///< of a ball: spread of its radii over the largest
 
 /// Radius of a body whose surface is everywhere as far from its centre of mass; 0: no ball.
 double ball_radius(const solvers::modes::ModeSurface& surface, const Vec3& centre) {
@@ -27,7 +27,7 @@ double ball_radius(const solvers::modes::ModeSurface& surface, const Vec3& centr
     least = std::min(least, r);
     most = std::max(most, r);
   }
-  return most - least <= kRoundness * most ? most : 0;
+  return most - least <= roundness * most ? most : 0;
 }
 
 /// A body of several regions turns about where its weight is.
@@ -190,7 +190,7 @@ synth::motion::MovingBody make_ground(const configuration::BuildConfig& config,
   body.youngs_modulus = elastic.youngs_modulus;
   body.poisson_ratio = elastic.poisson_ratio;
   const double half = ground.size / 2;
-  const solvers::mesh::Box box{{-half, -half, -kGroundDepth}, {half, half, 0}};
+  const solvers::mesh::Box box{{-half, -half, -ground_depth}, {half, half, 0}};
   std::vector<Vec3> corners;
   for (int k = 0; k < 8; ++k) {
     corners.emplace_back(k & 1 ? box.high.x() : box.low.x(), k & 2 ? box.high.y() : box.low.y(),
@@ -199,7 +199,7 @@ synth::motion::MovingBody make_ground(const configuration::BuildConfig& config,
   body.hulls.push_back(std::move(corners));
   body.rigid.mass = 1;
   body.rigid.inertia = Vec3::Ones();
-  body.rigid.centre = {0, 0, -kGroundDepth / 2};
+  body.rigid.centre = {0, 0, -ground_depth / 2};
   if (ground.texture) {
     body.texture = textured("ground", [&] { return textures.on(*ground.texture, box); });
   }

@@ -93,20 +93,20 @@ SimulationTouch draw_stylus(const configuration::BuildConfig& config, std::uint6
 }
 
 solvers::mesh::SurfaceMesh pen_mesh() {
-  constexpr int kSides = 16;
-  constexpr double kRadius = 0.004, kCone = 0.02, kLength = 0.13, kLean = 0.5;
-  const Eigen::AngleAxisd lean(-kLean, Vec3::UnitY());
+  constexpr int sides = 16;
+  constexpr double fixed_radius = 0.004, cone = 0.02, full_length = 0.13, stylus_lean = 0.5;
+  const Eigen::AngleAxisd lean(-stylus_lean, Vec3::UnitY());
   solvers::mesh::SurfaceMesh mesh;
   mesh.vertices.push_back(Vec3::Zero());
-  mesh.vertices.push_back(lean * Vec3(0, 0, kLength));
-  for (int k = 0; k < kSides; ++k) {
-    const double turn = 2 * std::numbers::pi * k / kSides;
-    const Vec3 out(kRadius * std::cos(turn), kRadius * std::sin(turn), 0);
-    mesh.vertices.push_back(lean * (out + kCone * Vec3::UnitZ()));
-    mesh.vertices.push_back(lean * (out + kLength * Vec3::UnitZ()));
+  mesh.vertices.push_back(lean * Vec3(0, 0, full_length));
+  for (int k = 0; k < sides; ++k) {
+    const double turn = 2 * std::numbers::pi * k / sides;
+    const Vec3 out(fixed_radius * std::cos(turn), fixed_radius * std::sin(turn), 0);
+    mesh.vertices.push_back(lean * (out + cone * Vec3::UnitZ()));
+    mesh.vertices.push_back(lean * (out + full_length * Vec3::UnitZ()));
   }
-  for (int k = 0; k < kSides; ++k) {
-    const int low = 2 + 2 * k, next = 2 + 2 * ((k + 1) % kSides);
+  for (int k = 0; k < sides; ++k) {
+    const int low = 2 + 2 * k, next = 2 + 2 * ((k + 1) % sides);
     mesh.triangles.push_back({0, next, low});
     mesh.triangles.push_back({low, next, next + 1});
     mesh.triangles.push_back({low, next + 1, low + 1});

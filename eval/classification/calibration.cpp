@@ -17,8 +17,8 @@ namespace {
 
 using core::nan;
 /// Temperatures sought, over the logits' mean range.
-constexpr double kLeast = 1e-3;
-constexpr double kGreatest = 1e3;
+constexpr double min_value = 1e-3;
+constexpr double max_value = 1e3;
 
 void check_distributions(const ScoreRows& probabilities, std::span<const std::size_t> truth) {
   check_rows(probabilities, "probabilities");
@@ -114,7 +114,7 @@ double fit_temperature(const ScoreRows& logits, std::span<const std::size_t> tru
   const double range = mean_range(logits);
   if (range == 0) return 1;
   const auto slope_at = [&](double log_beta) { return slope(logits, truth, std::exp(log_beta)); };
-  const double low = -std::log(kGreatest * range), high = -std::log(kLeast * range);
+  const double low = -std::log(max_value * range), high = -std::log(min_value * range);
   if (slope_at(low) >= 0) return std::exp(-low);
   if (slope_at(high) <= 0) return std::exp(-high);
   std::uintmax_t steps = 200;

@@ -208,12 +208,12 @@ DampingFit fit_emg(const Work& work) {
     fit.eta = infinity;
     fit.log_likelihood = gaussian.log_likelihood;
     log_sigma = std::log(gaussian.sigma / work.scaled.scale);
-    log_kappa = std::log(kLargestKappa);
+    log_kappa = std::log(largest_kappa);
   } else {
     const double sigma = std::exp(log_sigma) * work.scaled.scale;  // where c is of one unit
     fit.sigma = relative ? std::exp(log_sigma) : sigma;
     fit.eta = std::exp(log_kappa) / sigma;
-    if (log_kappa > std::log(0.99 * kLargestKappa)) fit.eta = infinity;
+    if (log_kappa > std::log(0.99 * largest_kappa)) fit.eta = infinity;
     fit.log_likelihood = log_likelihood;
   }
   if (work.options.confidence) emg_intervals(fit, work, log_sigma, log_kappa);

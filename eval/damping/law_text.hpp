@@ -9,8 +9,7 @@ namespace carillon::eval::damping {
 /// "rayleigh", "caughey" (three terms), "caughey:5" (five), "power", "hybrid", or a formula whose
 /// alphas are sought.
 /// @throws InputError  neither a law's name nor a formula with alphas; a number of terms that is
-/// not
-///                     one
+///                     not one
 DampingLaw damping_law(const std::string& word);
 
 /// "c = alpha1 + alpha2 lambda", with as many terms as the law has.

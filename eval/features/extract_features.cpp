@@ -20,8 +20,8 @@ namespace {
 
 using core::InputError;
 
-constexpr double kHighest = 0.475;  ///< frequency that is looked at, of the sample rate
-constexpr double kLongest = 1e6;    ///< of times that are given [s]
+constexpr double highest_frequency = 0.475;  ///< frequency that is looked at, of the sample rate
+constexpr double longest = 1e6;              ///< of times that are given [s]
 
 void check(std::span<const double> samples, double sample_rate, const FeatureOptions& options) {
   if (!(sample_rate > 0) || !std::isfinite(sample_rate)) {
@@ -34,21 +34,22 @@ void check(std::span<const double> samples, double sample_rate, const FeatureOpt
                        "cut the recording there, or export it again");
     }
   }
-  if (!(options.contact_time >= 0 && options.contact_time < kLongest) ||
+  if (!(options.contact_time >= 0 && options.contact_time < longest) ||
       !(options.min_frequency > 0) || !(options.max_frequency > options.min_frequency) ||
       !(options.min_decay_rate >= 0)) {
     throw InputError("feature options out of range",
                      "contact time (up to 1e6 s) and least decay rate not negative, frequencies "
                      "positive and ascending");
   }
-  if (options.min_frequency > kHighest * sample_rate) {
-    throw InputError(fmt::format("no mode can lie above {:g} Hz in a recording of {:g} Hz",
-                                 options.min_frequency, sample_rate),
-                     fmt::format("a least frequency below {:g} Hz", kHighest * sample_rate));
+  if (options.min_frequency > highest_frequency * sample_rate) {
+    throw InputError(
+        fmt::format("no mode can lie above {:g} Hz in a recording of {:g} Hz",
+                    options.min_frequency, sample_rate),
+        fmt::format("a least frequency below {:g} Hz", highest_frequency * sample_rate));
   }
   const bool rooms = std::all_of(options.rt60.begin(), options.rt60.end(),
-                                 [](double time) { return time >= 0 && time < kLongest; });
-  if ((options.onset && !(*options.onset >= 0 && *options.onset < kLongest)) || !rooms) {
+                                 [](double time) { return time >= 0 && time < longest; });
+  if ((options.onset && !(*options.onset >= 0 && *options.onset < longest)) || !rooms) {
     throw InputError("feature options out of range",
                      "an onset must not be negative, neither must reverberation times");
   }
@@ -129,7 +130,7 @@ void by_esprit(std::span<const double> samples, double sample_rate, double after
                const FeatureOptions& options, FeatureSet& set) {
   // Modes just above the band bend those below it, unless they are known too.
   constexpr double beyond = 1.25, near_nyquist = 0.495;
-  const double highest = std::min(options.max_frequency, kHighest * sample_rate);
+  const double highest = std::min(options.max_frequency, highest_frequency * sample_rate);
   // The strongest are found first, but for those that others hide.
   const std::size_t most = 2 * options.max_features + 50;
   const ToneFit fit =

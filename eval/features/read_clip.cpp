@@ -13,10 +13,10 @@ namespace carillon::eval::features {
 
 namespace {
 
-constexpr double kSameMode = 3;  ///< standard errors
+constexpr double same_mode = 3;  ///< standard errors
 /// Of the half width of a line: channels hear a mode this alike only, with whatever else they hear.
-constexpr double kMinError = 0.05;
-constexpr double kSameHum = 0.5;  ///< [Hz]
+constexpr double min_error = 0.05;
+constexpr double same_hum = 0.5;  ///< [Hz]
 
 /// Distance of two features in standard errors of their difference; without errors, in half widths
 /// of their lines.
@@ -24,7 +24,7 @@ double distance(const Feature& a, const Feature& b) {
   const auto apart = [](double x, double y, double ex, double ey, double width) {
     const double error = std::hypot(ex, ey);
     const bool known = std::isfinite(error) && error > 0;
-    return std::abs(x - y) / (known ? std::max(error, kMinError * width) : width);
+    return std::abs(x - y) / (known ? std::max(error, min_error * width) : width);
   };
   const double width = 0.5 * (a.decay_rate + b.decay_rate);
   return std::max(apart(a.frequency, b.frequency, a.frequency_error, b.frequency_error,
@@ -71,7 +71,7 @@ FeatureSet merge_channels(std::vector<FeatureSet> channels) {
     for (std::size_t i = 0; i < set.features.size(); ++i) {
       for (std::size_t k = 0; k < others.size(); ++k) {
         const double apart = distance(set.features[i], others[k]);
-        if (apart <= kSameMode) matches.push_back({apart, i, k});
+        if (apart <= same_mode) matches.push_back({apart, i, k});
       }
     }
     // The most alike first; each is one mode.
@@ -88,7 +88,7 @@ FeatureSet merge_channels(std::vector<FeatureSet> channels) {
     }
     for (const Hum& hum : channels[c].hums) {
       const bool known = std::any_of(set.hums.begin(), set.hums.end(), [&](const Hum& other) {
-        return std::abs(other.frequency - hum.frequency) < kSameHum;
+        return std::abs(other.frequency - hum.frequency) < same_hum;
       });
       if (!known) set.hums.push_back(hum);
     }

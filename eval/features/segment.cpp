@@ -12,15 +12,15 @@ namespace carillon::eval::features {
 
 namespace {
 
-constexpr double kFrame = 0.001;          ///< [s]
-constexpr double kSilent = 1e-7;          ///< of full scale, -140 dB
-constexpr double kOnsetFraction = 0.01;   ///< of the loudest energy
-constexpr double kStrikeRise = 4;         ///< 6 dB
-constexpr double kStrikeFraction = 1e-3;  ///< -30 dB of the first
-constexpr double kMinSteps = 100;         ///< of a converter, that a clipped value is large
-constexpr std::size_t kStrikeGap = 20;    ///< frames after an onset that belong to it
-constexpr std::size_t kStrikeBefore = 50;
-constexpr std::size_t kStrikeWithin = 5;
+constexpr double frame_length = 0.001;    ///< [s]
+constexpr double silent = 1e-7;           ///< of full scale, -140 dB
+constexpr double onset_fraction = 0.01;   ///< of the loudest energy
+constexpr double strike_rise = 4;         ///< 6 dB
+constexpr double strike_fraction = 1e-3;  ///< -30 dB of the first
+constexpr double min_steps = 100;         ///< of a converter, that a clipped value is large
+constexpr std::size_t strike_gap = 20;    ///< frames after an onset that belong to it
+constexpr std::size_t strike_before = 50;
+constexpr std::size_t strike_within = 5;
 
 /// Energy of the differences of neighbouring samples, frame by frame: what is struck anew shows in
 /// high frequencies, which the ringing has lost.
@@ -62,7 +62,7 @@ std::size_t find_onset(std::span<const double> samples, const std::vector<double
     // A sound that already rings has no quiet before it.
     if (before > 0.1 * level[loudest]) before = 0;
   }
-  const double threshold = std::max(kOnsetFraction * level[loudest], 6 * before);
+  const double threshold = std::max(onset_fraction * level[loudest], 6 * before);
   std::size_t first = loudest;
   while (first > 0 && level[first - 1] > threshold) --first;
   // To the sample: the first that is larger than all noise, or a hundredth of the largest.
@@ -81,15 +81,15 @@ std::size_t find_onset(std::span<const double> samples, const std::vector<double
 /// First frame of the next strike, if there is one.
 std::optional<std::size_t> next_strike(const std::vector<double>& energy, std::size_t onset) {
   double first = 0;
-  for (std::size_t k = onset; k < std::min(energy.size(), onset + kStrikeGap); ++k) {
+  for (std::size_t k = onset; k < std::min(energy.size(), onset + strike_gap); ++k) {
     first = std::max(first, energy[k]);
   }
-  for (std::size_t k = onset + kStrikeGap; k + kStrikeWithin <= energy.size(); ++k) {
+  for (std::size_t k = onset + strike_gap; k + strike_within <= energy.size(); ++k) {
     double before = 0, after = 0;
-    const std::size_t from = std::max(onset, k > kStrikeBefore ? k - kStrikeBefore : 0);
+    const std::size_t from = std::max(onset, k > strike_before ? k - strike_before : 0);
     for (std::size_t i = from; i < k; ++i) before = std::max(before, energy[i]);
-    for (std::size_t i = k; i < k + kStrikeWithin; ++i) after = std::max(after, energy[i]);
-    if (after > kStrikeRise * before && after > kStrikeFraction * first) return k;
+    for (std::size_t i = k; i < k + strike_within; ++i) after = std::max(after, energy[i]);
+    if (after > strike_rise * before && after > strike_fraction * first) return k;
   }
   return std::nullopt;
 }
@@ -111,7 +111,7 @@ Clipping find_clipping(std::span<const double> samples, std::size_t from, std::s
     if (difference > 0) step = std::min(step, difference);
   }
   for (const double extreme : {*low, *high}) {
-    if (std::abs(extreme) < kMinSteps * step) continue;
+    if (std::abs(extreme) < min_steps * step) continue;
     for (std::size_t n = from; n < to;) {
       std::size_t last = n;
       while (last < to && samples[last] == extreme) ++last;
@@ -136,16 +136,16 @@ Segment find_segment(std::span<const double> samples, double sample_rate,
                      std::optional<double> onset, double contact) {
   Segment segment;
   segment.end = samples.size();
-  const auto frame = std::max<std::size_t>(1, static_cast<std::size_t>(kFrame * sample_rate));
+  const auto frame = std::max<std::size_t>(1, static_cast<std::size_t>(frame_length * sample_rate));
   if (samples.size() < 16 * frame) {
     segment.nothing =
         fmt::format("too short: {} sample{}", samples.size(), samples.size() == 1 ? "" : "s");
     return segment;
   }
   const auto [low, high] = std::minmax_element(samples.begin(), samples.end());
-  if (*high - *low < kSilent) {
+  if (*high - *low < silent) {
     segment.nothing =
-        std::max(std::abs(*low), std::abs(*high)) < kSilent ? "silent" : "constant: nothing moves";
+        std::max(std::abs(*low), std::abs(*high)) < silent ? "silent" : "constant: nothing moves";
     return segment;
   }
   const std::vector<double> energy = frame_energies(samples, frame);

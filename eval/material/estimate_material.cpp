@@ -17,17 +17,17 @@ namespace carillon::eval::material {
 namespace {
 
 /// Taken where a contact time is sought [s].
-constexpr double kUsualContact = 2e-4;
+constexpr double usual_contact = 2e-4;
 /// Starts that are ranked by the whole metric.
-constexpr std::size_t kRanked = 96;
+constexpr std::size_t ranked_count = 96;
 /// Logarithms of specific moduli nearer than this lead to the same minimum.
-constexpr double kSameBasin = 0.01;
+constexpr double same_basin = 0.01;
 /// Times what the spectrograms differ by at the minimum: differences below weigh little.
-constexpr double kUnexplained = 4;
-constexpr double kRoughly = 1e-3;
-constexpr double kFinely = 1e-8;
-constexpr int kRoughEvaluations = 200;
-constexpr int kFineEvaluations = 1500;
+constexpr double unexplained = 4;
+constexpr double roughly = 1e-3;
+constexpr double finely = 1e-8;
+constexpr int rough_evaluations = 200;
+constexpr int fine_evaluations = 1500;
 
 bool near(const Candidate& a, const Candidate& b, double distance) {
   return std::abs(std::log(a.specific_modulus / b.specific_modulus)) < distance;
@@ -49,7 +49,7 @@ void check(const StruckModes& modes) {
 std::vector<LocalMinimum> ranked(const std::vector<Start>& starts, const Objective& objective) {
   std::vector<const Start*> kept;
   for (const Start& start : starts) {
-    if (kept.size() == kRanked) break;
+    if (kept.size() == ranked_count) break;
     const bool again = std::any_of(kept.begin(), kept.end(), [&](const Start* other) {
       return other->sample == start.sample && near(other->candidate, start.candidate, 0.002);
     });
@@ -71,7 +71,7 @@ std::vector<LocalMinimum> apart(const std::vector<LocalMinimum>& sorted, std::si
   for (const LocalMinimum& minimum : sorted) {
     if (kept.size() == most) break;
     const bool again = std::any_of(kept.begin(), kept.end(), [&](const LocalMinimum& other) {
-      return near(other.candidate, minimum.candidate, kSameBasin);
+      return near(other.candidate, minimum.candidate, same_basin);
     });
     if (!again) kept.push_back(minimum);
   }
@@ -92,7 +92,7 @@ MaterialEstimate estimate_material(std::span<const double> samples, const featur
   const Reference reference = make_reference(samples, set, options.metric);
   const auto damping =
       damping_starts(set.features, options.law, reference.options.match, options.starts);
-  const double contact = options.contact_time.value_or(kUsualContact);
+  const double contact = options.contact_time.value_or(usual_contact);
   const std::vector<Start> starts = start_points(set.features, modes, damping, contact,
                                                  options.motion, reference, options.starts);
   if (starts.empty()) {
@@ -127,7 +127,7 @@ MaterialEstimate estimate_material(std::span<const double> samples, const featur
   };
   std::vector<LocalMinimum> minima;
   for (const LocalMinimum& start : apart(ranked(starts, objective), options.searches)) {
-    minima.push_back(search(objective, start, kRoughly, kRoughEvaluations));
+    minima.push_back(search(objective, start, roughly, rough_evaluations));
   }
   sort_by_metric(minima);
   minima = apart(minima, minima.size());
@@ -137,9 +137,9 @@ MaterialEstimate estimate_material(std::span<const double> samples, const featur
   const Objective finish{settled, modes, options.motion, coordinates, options.starts};
   for (int again = 0; again < 2; ++again) {
     double& least = settled.options.min_difference;
-    if (least > 0) least = std::max(least, kUnexplained * minima.front().value.psychoacoustic);
+    if (least > 0) least = std::max(least, unexplained * minima.front().value.psychoacoustic);
     minima.front().value = finish.value_of(minima.front().candidate);
-    minima.front() = search(finish, minima.front(), kFinely, kFineEvaluations);
+    minima.front() = search(finish, minima.front(), finely, fine_evaluations);
   }
   // All minima by one measure.
   minima.front().value = objective.value_of(minima.front().candidate);

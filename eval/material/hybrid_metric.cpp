@@ -15,14 +15,14 @@ namespace carillon::eval::material {
 namespace {
 
 /// Match ratios below count as this, so that every candidate has a finite metric.
-constexpr double kMinMatch = 1e-3;
+constexpr double min_match = 1e-3;
 /// What a candidate whose damping is negative everywhere pays.
-constexpr double kNegative = 10;
+constexpr double negative = 10;
 /// The least range of levels among features [dB], and what is added to that of the recording's.
-constexpr double kNarrowest = 20;
-constexpr double kMargin = 3;
-constexpr double kLowest = 20;
-constexpr double kHighest = 20000;
+constexpr double narrowest = 20;
+constexpr double margin = 3;
+constexpr double lowest_frequency = 20;
+constexpr double highest_frequency = 20000;
 
 /// Median power of each band over frames: a strike's own sound in some frames does not raise it.
 std::vector<double> steady_power(std::span<const double> samples, const SpectrogramGrid& grid) {
@@ -65,7 +65,7 @@ double range_of(std::span<const features::Feature> features, double widest) {
     low = std::min(low, energy);
     high = std::max(high, energy);
   }
-  return std::clamp(high - low + kMargin, kNarrowest, widest);
+  return std::clamp(high - low + margin, narrowest, widest);
 }
 
 }  // namespace
@@ -89,8 +89,8 @@ Reference make_reference(std::span<const double> samples, const features::Featur
   Reference reference;
   reference.options = options;
   reference.grid = make_grid(last - first, set.sample_rate, set.begin - set.onset);
-  reference.low = kLowest;
-  reference.high = std::min(kHighest, 0.475 * set.sample_rate);
+  reference.low = lowest_frequency;
+  reference.high = std::min(highest_frequency, 0.475 * set.sample_rate);
   // A constant offset is not heard, but its leakage would be in the lowest bands.
   std::vector<double> clip(samples.begin() + static_cast<std::ptrdiff_t>(first),
                            samples.begin() + static_cast<std::ptrdiff_t>(last));
@@ -117,7 +117,7 @@ double match_ratio_product(const Reference& reference, const HeardCandidate& can
   const MatchScale& scale = reference.options.match;
   const std::vector<FeaturePlace> places = places_of(candidate.tones, scale);
   return match_ratio(reference.places, places, scale) *
-         match_ratio(places, reference.places, scale) / (1 + kNegative * candidate.negative);
+         match_ratio(places, reference.places, scale) / (1 + negative * candidate.negative);
 }
 
 MetricValue hybrid_metric(const Reference& reference, const HeardCandidate& candidate) {
@@ -136,8 +136,8 @@ MetricValue hybrid_metric(const Reference& reference, const HeardCandidate& cand
   value.psychoacoustic = sum / reference.loudness_squared;
   value.metric =
       (value.psychoacoustic + options.min_difference) /
-      (std::max(value.recording_match, kMinMatch) * std::max(value.candidate_match, kMinMatch)) *
-      (1 + kNegative * candidate.negative);
+      (std::max(value.recording_match, min_match) * std::max(value.candidate_match, min_match)) *
+      (1 + negative * candidate.negative);
   return value;
 }
 

@@ -16,11 +16,11 @@ namespace carillon::eval::material {
 namespace {
 
 /// Minima that a search begins from.
-constexpr std::size_t kSearches = 4;
+constexpr std::size_t searches = 4;
 /// Logarithms of specific moduli nearer than this lead to the same minimum.
-constexpr double kSameModulus = 0.01;
-constexpr double kTolerance = 1e-7;
-constexpr int kEvaluations = 800;
+constexpr double same_modulus = 0.01;
+constexpr double tolerance = 1e-7;
+constexpr int evaluations = 800;
 
 /// Every recording that has an estimate of its own, ready to be compared with candidates.
 struct Recordings {
@@ -108,9 +108,9 @@ std::vector<Candidate> starts(const JointEstimate& estimate, const Recordings& a
   std::vector<Candidate> kept;
   for (const auto& entry : sorted) {
     const auto& candidate = entry.second;
-    if (kept.size() == kSearches) break;
+    if (kept.size() == searches) break;
     const bool again = std::any_of(kept.begin(), kept.end(), [&](const Candidate& other) {
-      return std::abs(std::log(other.specific_modulus / candidate.specific_modulus)) < kSameModulus;
+      return std::abs(std::log(other.specific_modulus / candidate.specific_modulus)) < same_modulus;
     });
     if (!again) kept.push_back(candidate);
   }
@@ -129,7 +129,7 @@ JointEstimate estimate_jointly(std::span<const StruckRecording> recordings,
   for (const Candidate& start : starts(estimate, all)) {
     const Minimum found = minimise([&](std::span<const double> x) { return all.mean(x); },
                                    to_coordinates(coordinates, start), first_steps(coordinates),
-                                   kTolerance, kEvaluations);
+                                   tolerance, evaluations);
     estimate.evaluations += static_cast<std::size_t>(found.evaluations) * all.objectives.size();
     if (found_one && !(found.value < estimate.metric)) continue;
     found_one = true;

@@ -14,18 +14,18 @@ namespace carillon::eval::material {
 
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+constexpr double pi = std::numbers::pi;
 /// Short against the decay of most modes, long enough to tell critical bands apart [s].
-constexpr double kWindow = 0.0232;
+constexpr double window_length = 0.0232;
 /// More frames would cost time and tell nothing new.
-constexpr std::size_t kMaxFrames = 400;
+constexpr std::size_t max_frames = 400;
 /// Zwicker's exponent of intensity.
-constexpr double kExponent = 0.23;
+constexpr double exponent = 0.23;
 
 std::vector<double> hann(std::size_t size) {
   std::vector<double> window(size);
   for (std::size_t n = 0; n < size; ++n) {
-    window[n] = 0.5 - 0.5 * std::cos(2 * kPi * static_cast<double>(n) / static_cast<double>(size));
+    window[n] = 0.5 - 0.5 * std::cos(2 * pi * static_cast<double>(n) / static_cast<double>(size));
   }
   return window;
 }
@@ -58,8 +58,8 @@ SpectrogramGrid make_grid(std::size_t count, double sample_rate, double begin) {
   grid.sample_rate = sample_rate;
   grid.begin = begin;
   grid.window = synth::signal::good_fft_size(
-      std::max<std::size_t>(16, static_cast<std::size_t>(kWindow * sample_rate)));
-  grid.hop = std::max(grid.window / 2, count / kMaxFrames + 1);
+      std::max<std::size_t>(16, static_cast<std::size_t>(window_length * sample_rate)));
+  grid.hop = std::max(grid.window / 2, count / max_frames + 1);
   grid.frames = count > grid.window ? (count - grid.window) / grid.hop + 1 : 1;
   for (std::size_t k = 0; k <= grid.window / 2; ++k) {
     const double frequency =
@@ -95,7 +95,7 @@ BandPowers band_powers(std::span<const features::Feature> tones, const Spectrogr
   std::vector<double> cosine(bins + 2);
   std::vector<double> sine(bins + 2);
   for (std::size_t k = 0; k < bins + 2; ++k) {
-    const double angle = 2 * kPi * (static_cast<double>(k) - 1) / static_cast<double>(grid.window);
+    const double angle = 2 * pi * (static_cast<double>(k) - 1) / static_cast<double>(grid.window);
     cosine[k] = std::cos(angle);
     sine[k] = std::sin(angle);
   }
@@ -106,7 +106,7 @@ BandPowers band_powers(std::span<const features::Feature> tones, const Spectrogr
   for (const features::Feature& tone : tones) {
     // Sum over the window of exp((-d + i (omega - omega_k)) n): (1 - q^N) / (1 - q exp(-i k)).
     const double decay = tone.decay_rate / grid.sample_rate;
-    const double turn = 2 * kPi * tone.frequency / grid.sample_rate;
+    const double turn = 2 * pi * tone.frequency / grid.sample_rate;
     const std::complex<double> q = std::polar(std::exp(-decay), turn);
     const std::complex<double> top = 1.0 - std::polar(std::exp(-decay * size), turn * size);
     for (std::size_t k = 0; k < bins + 2; ++k) {
@@ -143,7 +143,7 @@ std::vector<double> specific_loudness(const BandPowers& powers, const Spectrogra
   for (std::size_t z = 0; z < grid.bands; ++z) {
     const double middle = frequency_at(static_cast<double>(z) + 0.5);
     threshold[z] = std::pow(10, std::min(300.0, synth::modal::hearing_threshold(middle)) / 10);
-    height[z] = 0.08 * std::pow(threshold[z], kExponent);
+    height[z] = 0.08 * std::pow(threshold[z], exponent);
   }
   std::vector<double> loudness(powers.size());
   for (std::size_t i = 0; i < powers.size(); ++i) {
@@ -151,7 +151,7 @@ std::vector<double> specific_loudness(const BandPowers& powers, const Spectrogra
     const double background = scale.background.empty() ? 0 : scale.background[z];
     const double excitation = unit * (powers[i] + background) / threshold[z];
     if (excitation > 1) {
-      loudness[i] = height[z] * (std::pow(0.5 + 0.5 * excitation, kExponent) - 1);
+      loudness[i] = height[z] * (std::pow(0.5 + 0.5 * excitation, exponent) - 1);
     }
   }
   return loudness;

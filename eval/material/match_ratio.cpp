@@ -12,9 +12,9 @@ namespace carillon::eval::material {
 namespace {
 
 /// Exponent of intensity in loudness (Zwicker and Fastl 2007, section 8.7).
-constexpr double kProminenceExponent = 0.23;
+constexpr double prominence_exponent = 0.23;
 /// Decay rates below ring for longer than any clip [1/s].
-constexpr double kSlowest = 1e-3;
+constexpr double slowest = 1e-3;
 
 double square(double x) {
   return x * x;
@@ -25,7 +25,7 @@ double square(double x) {
 double audible_energy(const features::Feature& feature) {
   const double threshold = std::min(300.0, synth::modal::hearing_threshold(feature.frequency));
   return core::amplitude_decibels(std::max(feature.amplitude, 1e-300)) -
-         core::decibels(4 * std::max(feature.decay_rate, kSlowest)) - threshold;
+         core::decibels(4 * std::max(feature.decay_rate, slowest)) - threshold;
 }
 
 std::vector<FeaturePlace> places_of(std::span<const features::Feature> features,
@@ -36,16 +36,16 @@ std::vector<FeaturePlace> places_of(std::span<const features::Feature> features,
   for (const features::Feature& feature : features) {
     FeaturePlace place;
     place.bark = synth::modal::bark(feature.frequency);
-    place.duration = std::log(1 / std::max(feature.decay_rate, kSlowest) + scale.shortest_duration);
+    place.duration = std::log(1 / std::max(feature.decay_rate, slowest) + scale.shortest_duration);
     place.level = core::amplitude_decibels(std::max(feature.amplitude, 1e-300));
     place.reverberant = feature.reverberant;
     place.prominence = audible_energy(feature);
     loudest = std::max(loudest, place.prominence);
     places.push_back(place);
   }
-  const double least = std::pow(10, -kProminenceExponent * scale.range / 10);
+  const double least = std::pow(10, -prominence_exponent * scale.range / 10);
   for (FeaturePlace& place : places) {
-    const double weight = std::pow(10, kProminenceExponent * (place.prominence - loudest) / 10);
+    const double weight = std::pow(10, prominence_exponent * (place.prominence - loudest) / 10);
     place.prominence = std::max(0.0, weight - least);
   }
   return places;

@@ -15,7 +15,7 @@ namespace carillon::eval::material {
 namespace {
 
 /// Of eigenvalues, for modes to count as equal: as solvers::modes::whole_clusters() has it.
-constexpr double kSame = 1e-4;
+constexpr double same = 1e-4;
 
 synth::modal::Weights weights_of(HeardMotion motion) {
   synth::modal::Weights weights;
@@ -34,7 +34,7 @@ StruckModes without_gains(const solvers::modes::Modes& modes, double specific_mo
 
 /// Whether a mode's frequency is that of the last one.
 bool joins(const StruckModes& struck, double eigenvalue) {
-  return !struck.eigenvalues.empty() && eigenvalue <= struck.eigenvalues.back() * (1 + kSame);
+  return !struck.eigenvalues.empty() && eigenvalue <= struck.eigenvalues.back() * (1 + same);
 }
 
 }  // namespace

@@ -11,8 +11,7 @@ namespace carillon::eval::networks {
 /// together.
 /// @param rows  that are asked for, ascending
 /// @return of each row the fraction of its neighbours in each class, rows x classes; where classes
-/// have
-///         equal shares, that of the nearest among them is raised by half of one neighbour
+///         have equal shares, that of the nearest among them is raised by half of one neighbour
 /// @note Collective on the ranks.
 std::vector<float> ask_neighbours(const learning::Method& method, learning::SampleSource& source,
                                   const learning::LabelledSamples& samples,

@@ -15,16 +15,16 @@ namespace {
 
 using core::nan;
 /// So that modes too weak to weigh anything find partners too, after all others have.
-constexpr double kMinWeight = 1e-6;
+constexpr double min_weight = 1e-6;
 /// Decay rates below ring for longer than any clip [1/s].
-constexpr double kSlowest = 1e-3;
+constexpr double slowest = 1e-3;
 
 double cents_between(const features::Feature& a, const features::Feature& b) {
   return core::cents(b.frequency / a.frequency);
 }
 
 double energy(const features::Feature& mode) {
-  return mode.amplitude * mode.amplitude / (4 * std::max(mode.decay_rate, kSlowest));
+  return mode.amplitude * mode.amplitude / (4 * std::max(mode.decay_rate, slowest));
 }
 
 void check(std::span<const features::Feature> features) {
@@ -46,7 +46,7 @@ std::vector<features::Feature> later(std::span<const features::Feature> features
 
 void set_errors(MatchedMode& pair, const features::Feature& a, const features::Feature& b,
                 const JustNoticeable& jnd) {
-  const double first = std::max(a.decay_rate, kSlowest), second = std::max(b.decay_rate, kSlowest);
+  const double first = std::max(a.decay_rate, slowest), second = std::max(b.decay_rate, slowest);
   pair.cents = cents_between(a, b);
   pair.decay_ratio = second / first;
   pair.level = core::amplitude_decibels(b.amplitude / a.amplitude);
@@ -92,7 +92,7 @@ ModeComparison compare_modes(std::span<const features::Feature> reference,
     for (std::size_t j = 0; j < other.size(); ++j) {
       if (std::abs(cents_between(reference[i], other[j])) > options.widest) continue;
       const double weight =
-          std::sqrt((kMinWeight + places[i].prominence) * (kMinWeight + others[j].prominence));
+          std::sqrt((min_weight + places[i].prominence) * (min_weight + others[j].prominence));
       gains[i * other.size() + j] =
           weight * material::similarity(places[i], others[j], options.match);
     }

@@ -20,7 +20,7 @@ struct Resolution {
   std::size_t window;
 };
 constexpr Resolution resolutions[] = {{1024, 120, 600}, {2048, 240, 1200}, {512, 50, 240}};
-constexpr double kMinPower = 1e-7;
+constexpr double min_power = 1e-7;
 
 /// Place of a sample in a signal that is mirrored at its first and last samples, again and again.
 std::size_t mirrored(std::ptrdiff_t at, std::size_t count) {
@@ -55,7 +55,7 @@ class Magnitudes {
     fft_.forward();
     values_.resize(fft_.bins());
     for (std::size_t k = 0; k < values_.size(); ++k) {
-      values_[k] = std::sqrt(std::max(kMinPower, std::norm(fft_.spectrum()[k])));
+      values_[k] = std::sqrt(std::max(min_power, std::norm(fft_.spectrum()[k])));
     }
     return values_;
   }

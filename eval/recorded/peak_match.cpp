@@ -16,7 +16,7 @@ namespace {
 
 /// Intervals all modes are moved by for the number of pairs that chance makes [cents]: on both
 /// sides, beyond what a wrong modulus or a neighbour of a pair could make of a true match.
-constexpr double kNearestShift = 200, kFarthestShift = 600, kShiftStep = 25;
+constexpr double nearest_shift = 200, farthest_shift = 600, shift_step = 25;
 
 void check(std::span<const double> modes, std::span<const double> peaks, double widest) {
   const auto positive = [](double frequency) {
@@ -55,7 +55,7 @@ double pairs_by_chance(std::span<const double> modes, std::span<const double> ot
   check(modes, others, widest);
   double sum = 0;
   int shifts = 0;
-  for (double shift = kNearestShift; shift <= kFarthestShift; shift += kShiftStep) {
+  for (double shift = nearest_shift; shift <= farthest_shift; shift += shift_step) {
     for (const double side : {-1.0, 1.0}) {
       sum +=
           static_cast<double>(pairs(modes, others, widest, std::exp2(side * shift / 1200)).size());

@@ -14,13 +14,13 @@ namespace carillon::eval::recorded {
 namespace {
 
 /// Harris 1978, table I: four terms, highest side lobe at -92 dB.
-constexpr double kTerms[] = {0.35875, -0.48829, 0.14128, -0.01168};
+constexpr double terms[] = {0.35875, -0.48829, 0.14128, -0.01168};
 
 double window(std::size_t n, std::size_t count) {
   double sum = 0;
   for (int term = 0; term < 4; ++term) {
-    sum += kTerms[term] * std::cos(2 * std::numbers::pi * term * static_cast<double>(n) /
-                                   static_cast<double>(count));
+    sum += terms[term] * std::cos(2 * std::numbers::pi * term * static_cast<double>(n) /
+                                  static_cast<double>(count));
   }
   return sum;
 }
@@ -58,7 +58,7 @@ WindowSpectrum window_spectrum(std::span<const double> samples, double sample_ra
   WindowSpectrum spectrum;
   spectrum.bin_width = sample_rate / static_cast<double>(count);
   // The window's mean is its first term; half of a sinusoid lies at negative frequencies.
-  const double scale = 2 / (kTerms[0] * static_cast<double>(count));
+  const double scale = 2 / (terms[0] * static_cast<double>(count));
   for (const std::complex<double>& bin : fft.spectrum()) {
     spectrum.amplitudes.push_back(scale * std::abs(bin));
   }

@@ -28,7 +28,7 @@ HeardObject hear_object(const solvers::modes::Modes& modes, double assumed, doub
   object.radiated = fit.decay_rates;
   object.doubtful = static_cast<std::size_t>(
       std::count_if(fit.residuals.begin(), fit.residuals.end(),
-                    [](double residual) { return residual > synth::radiation::kResidualLimit; }));
+                    [](double residual) { return residual > synth::radiation::residual_limit; }));
   std::vector<synth::modal::Listener> listeners;
   for (const ModelStrike& strike : strikes) listeners.push_back(strike.listener);
   object.pressure = synth::radiation::SourceField(std::move(fit)).pressure_at(listeners);
@@ -60,7 +60,7 @@ double arrival(const HeardObject& object, const std::vector<ModelStrike>& strike
                std::size_t number) {
   if (object.pressure) return object.pressure->delays[number];
   return (strikes[number].listener.position - centre_of(object.modes)).norm() /
-         synth::modal::kSoundSpeed;
+         synth::modal::speed_of_sound;
 }
 
 std::vector<double> synthetic_recording(const HeardObject& object,

@@ -17,11 +17,11 @@ namespace {
 using core::InputError;
 namespace fs = std::filesystem;
 
-constexpr const char* kRecordings = "deconvolved_0db.npy";
-constexpr const char* kMesh = "transformed.obj";
+constexpr const char* recordings = "deconvolved_0db.npy";
+constexpr const char* mesh_name = "transformed.obj";
 /// How far a vertex of the mesh may lie from where the folder says it is, as a fraction of the
 /// object's longest side.
-constexpr double kElsewhere = 0.02;
+constexpr double elsewhere = 0.02;
 
 /// The folder that holds the arrays.
 fs::path folder_of_arrays(const fs::path& folder) {
@@ -30,10 +30,10 @@ fs::path folder_of_arrays(const fs::path& folder) {
                           "give the folder of one object, such as dataset/22_Cup");
   }
   for (const fs::path& place : {folder, folder / "preprocessed"}) {
-    if (fs::exists(place / kRecordings)) return place;
+    if (fs::exists(place / recordings)) return place;
   }
   throw core::FileError(
-      fmt::format("{}: there is no {}, here or in preprocessed/", folder.string(), kRecordings),
+      fmt::format("{}: there is no {}, here or in preprocessed/", folder.string(), recordings),
       "give the folder of one object as the dataset's download.sh unpacks it");
 }
 
@@ -56,7 +56,7 @@ std::vector<double> read_columns(const fs::path& path, std::uint64_t rows, std::
   }
   if (file.rows() != rows) {
     throw InputError(
-        fmt::format("{}: {} rows, but {} has {}", path.string(), file.rows(), kRecordings, rows),
+        fmt::format("{}: {} rows, but {} has {}", path.string(), file.rows(), recordings, rows),
         "all arrays of an object have one row for each recording");
   }
   return file.read_rows(0, rows);
@@ -100,7 +100,7 @@ void check_struck(const ImpactFolder& folder, const solvers::mesh::SurfaceMesh& 
   for (std::size_t row = 0; row < folder.rows(); ++row) {
     const Vec3& there = mesh.vertices[static_cast<std::size_t>(folder.vertices[row])];
     const double distance = (there - folder.struck[row]).norm();
-    if (distance <= kElsewhere * size) continue;
+    if (distance <= elsewhere * size) continue;
     throw InputError(
         fmt::format("row {}: vertexXYZ.npy has vertex {} at ({:.4g}), but {} at ({:.4g})", row,
                     folder.vertices[row], fmt::join(folder.struck[row], ", "), folder.mesh.string(),
@@ -113,9 +113,9 @@ void check_struck(const ImpactFolder& folder, const solvers::mesh::SurfaceMesh& 
 
 ImpactFolder read_impact_folder(const fs::path& folder, const std::string& mesh) {
   const fs::path place = folder_of_arrays(folder);
-  ImpactFolder read{.mesh = mesh.empty() ? place / kMesh : fs::path(mesh),
+  ImpactFolder read{.mesh = mesh.empty() ? place / mesh_name : fs::path(mesh),
                     .centre = Vec3::Zero(),
-                    .recordings = open_array(place / kRecordings),
+                    .recordings = open_array(place / recordings),
                     .vertices = {},
                     .struck = {},
                     .listeners = {},
@@ -125,20 +125,20 @@ ImpactFolder read_impact_folder(const fs::path& folder, const std::string& mesh)
   if (read.recordings.extent().size() != 2 || read.recordings.rows() == 0 ||
       read.recordings.row_size() == 0) {
     throw InputError(fmt::format("{}: an array of {}, where recordings x samples is expected",
-                                 (place / kRecordings).string(),
+                                 (place / recordings).string(),
                                  fmt::join(read.recordings.extent(), " x ")));
   }
-  if (!fs::exists(place / kMesh)) {
-    throw core::FileError(fmt::format("{}: no such file", (place / kMesh).string()),
+  if (!fs::exists(place / mesh_name)) {
+    throw core::FileError(fmt::format("{}: no such file", (place / mesh_name).string()),
                           "vertexID.npy counts its vertices; --mesh gives another one to solve");
   }
   const solvers::mesh::SurfaceMesh labelled =
-      solvers::mesh::readers::read_surface((place / kMesh).string());
+      solvers::mesh::readers::read_surface((place / mesh_name).string());
   const solvers::mesh::Box box = solvers::mesh::bounding_box(labelled.vertices);
   read.centre = 0.5 * (box.low + box.high);
   const std::uint64_t rows = read.recordings.rows();
   read.vertices =
-      read_vertices(place / "vertexID.npy", rows, labelled.vertices.size(), place / kMesh);
+      read_vertices(place / "vertexID.npy", rows, labelled.vertices.size(), place / mesh_name);
   read.struck = read_positions(place / "vertexXYZ.npy", rows);
   read.listeners = read_positions(place / "listenerXYZ.npy", rows);
   read.angles = read_labels(place / "angle.npy", rows);

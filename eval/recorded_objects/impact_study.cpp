@@ -13,11 +13,11 @@ namespace carillon::eval::recorded_objects {
 namespace {
 
 /// Between moduli of one strike and of all: ten times what a good recording scatters.
-constexpr double kDisagrees = 0.02;
+constexpr double disagrees = 0.02;
 /// Twice and six times what a single recording of a known level is fitted with (hybrid_metric.hpp).
-constexpr double kLevelScale = 20, kMinDifference = 0.3;
+constexpr double level_scale = 20, min_difference = 0.3;
 /// A fit has so many times the pairs of chance within a quarter of the widest distance.
-constexpr double kBeyondChance = 1.5, kNear = 0.25;
+constexpr double beyond_chance = 1.5, near_limit = 0.25;
 
 /// What of a candidate of an object is heard in the band of one strike.
 material::HeardCandidate heard(const material::StruckModes& modes, double specific_modulus,
@@ -126,7 +126,7 @@ void remark_on_modulus(const std::vector<StudiedStrike>& strikes, const HeardObj
     const auto& alone = fit.joint.alone[i];
     if (!alone) continue;
     const double ratio = alone->candidate.specific_modulus / modulus;
-    if (std::abs(std::log(ratio)) < kDisagrees) continue;
+    if (std::abs(std::log(ratio)) < disagrees) continue;
     fit.remarks.push_back(
         fmt::format("vertex {} alone would have a specific modulus {:.3f} times that of all",
                     strikes[i].recorded.vertex, ratio));
@@ -158,16 +158,16 @@ void remark_on_chance(const std::vector<StudiedStrike>& strikes,
   double chance = 0;
   for (std::size_t i = 0; i < strikes.size(); ++i) {
     for (const perception::MatchedMode& pair : comparison.strikes[i].matched) {
-      near += std::abs(pair.cents) <= kNear * widest ? 1U : 0U;
+      near += std::abs(pair.cents) <= near_limit * widest ? 1U : 0U;
     }
     chance += recorded::pairs_by_chance(frequencies(comparison.synthetic[i]),
-                                        frequencies(strikes[i].set.features), kNear * widest);
+                                        frequencies(strikes[i].set.features), near_limit * widest);
   }
-  if (static_cast<double>(near) >= kBeyondChance * chance) return;
+  if (static_cast<double>(near) >= beyond_chance * chance) return;
   fit.remarks.push_back(
       fmt::format("the fit is not to be trusted: {} modes match within {:.3g} cents, and chance "
                   "makes {:.1f} such pairs",
-                  near, kNear * widest, chance));
+                  near, near_limit * widest, chance));
 }
 
 /// @throws InputError  nothing to compare; as features::extract_features()
@@ -233,8 +233,8 @@ StudyFit fit_material(const std::vector<StudiedStrike>& strikes,
   material.starts.max_modulus = given.specific_modulus * options.modulus_range;
   // Microphones, the mesh and a strike that is not quite straight change levels: they count for
   // less.
-  material.metric.match.level = kLevelScale;
-  material.metric.min_difference = kMinDifference;
+  material.metric.match.level = level_scale;
+  material.metric.min_difference = min_difference;
   StudyFit fit;
   fitted = given;
   // What is radiated depends on the modulus that is sought: the second round knows it.

@@ -22,8 +22,7 @@ class BallSearch {
 
   /// Height of the ball's lowest point above uv.
   /// @param contact  in: a place where it may well touch, which saves work and changes nothing;
-  /// out:
-  ///                 where it does
+  ///                 out: where it does
   double height(const Eigen::Vector2d& uv, Eigen::Vector2d& contact) const;
 
  private:

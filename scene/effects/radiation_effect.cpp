@@ -30,7 +30,7 @@ struct FitFindings {
 };
 
 /// Estimated seconds for the fit of one object (docs/sound/radiation.md).
-constexpr double kSecondsPerFit = 2;
+constexpr double seconds_per_fit = 2;
 
 FitFindings radiate(const RadiationConfig& config, const std::filesystem::path& cache,
                     RingingObject& object) {
@@ -39,7 +39,7 @@ FitFindings radiate(const RadiationConfig& config, const std::filesystem::path& 
       synth::radiation::cached_equivalent_sources(*object.modes, config.sources, cache);
   for (std::size_t mode = 0; mode < fit.residuals.size(); ++mode) {
     findings.largest_residual = std::max(findings.largest_residual, fit.residuals[mode]);
-    if (fit.residuals[mode] <= synth::radiation::kResidualLimit) continue;
+    if (fit.residuals[mode] <= synth::radiation::residual_limit) continue;
     ++findings.doubtful_modes;
     if (config.doubtful == "drop") {
       fit.amplitudes.col(static_cast<Eigen::Index>(mode)).setZero();
@@ -49,7 +49,7 @@ FitFindings radiate(const RadiationConfig& config, const std::filesystem::path& 
     const std::string message = fmt::format(
         "{}: equivalent sources leave more than {:.0f} % of the normal velocity of {} of {} modes "
         "(worst {:.0f} %)",
-        object.id, 100 * synth::radiation::kResidualLimit, findings.doubtful_modes,
+        object.id, 100 * synth::radiation::residual_limit, findings.doubtful_modes,
         fit.residuals.size(), 100 * findings.largest_residual);
     if (config.doubtful == "stop") {
       throw core::InputError(message, "raise radiation.max_sources or lower modes.max_frequency");
@@ -116,7 +116,7 @@ SceneEffect read(core::ConfigNode& root, const Scene& scene) {
     effect.asked_by = "listeners: (" + root.where("listeners") + ")";
   }
   // A fit serves all sounds and listeners of its object.
-  if (config.model == "equivalent_sources") effect.seconds_per_object = kSecondsPerFit;
+  if (config.model == "equivalent_sources") effect.seconds_per_object = seconds_per_fit;
   effect.start = [config](const std::filesystem::path& cache) { return start(config, cache); };
   return effect;
 }

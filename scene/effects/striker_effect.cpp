@@ -20,8 +20,8 @@ namespace carillon::scene {
 
 namespace {
 
-constexpr const char* kBurst = "noise_burst";
-constexpr const char* kOwn = "own";
+constexpr const char* burst_name = "noise_burst";
+constexpr const char* own_name = "own";
 
 /// What `striker:` asks for.
 struct Strikers {
@@ -40,7 +40,7 @@ synth::contact::Striker read_elastic(core::ConfigNode& node, const std::string& 
                                      bool may_change) {
   using core::Dimension;
   synth::contact::Striker striker;
-  const bool own = kind == kOwn;
+  const bool own = kind == own_name;
   if (!own) striker = synth::contact::preset_striker(kind);
   if (!own && !may_change) return striker;
   const auto value = [&](const char* key, Dimension dimension, double preset) {
@@ -84,7 +84,7 @@ void check_kind(const core::ConfigNode& node, const std::string& kind) {
   std::vector<std::string> kinds;
   for (const synth::contact::Striker& striker : synth::contact::preset_strikers())
     kinds.push_back(striker.name);
-  kinds.insert(kinds.end(), {kOwn, kBurst});
+  kinds.insert(kinds.end(), {own_name, burst_name});
   if (std::find(kinds.begin(), kinds.end(), kind) != kinds.end()) return;
   const std::string nearest = core::nearest_name(kind, kinds);
   node.fail("kind", fmt::format("no striker \"{}\"", kind),
@@ -106,7 +106,7 @@ Strikers read_strikers(core::ConfigNode& root) {
   bool burst = false;
   for (const std::string& kind : strikers.kinds) {
     check_kind(node, kind);
-    if (kind == kBurst) {
+    if (kind == burst_name) {
       burst = true;
       strikers.elastic.emplace_back();
     } else {
@@ -189,7 +189,7 @@ void strike(Sound& sound, const Strikers& strikers) {
   core::RandomStream random(sound.seed, sound.id, "striker");
   const std::size_t chosen = random.index(strikers.kinds.size());
   const std::string& kind = strikers.kinds[chosen];
-  if (kind == kBurst) {
+  if (kind == burst_name) {
     synth::contact::NoiseBurst burst;
     burst.hardness = random.uniform(strikers.hardness.low, strikers.hardness.high);
     burst.size = random.uniform(strikers.size.low, strikers.size.high);
@@ -216,7 +216,7 @@ SceneEffect read(core::ConfigNode& root, const Scene& scene) {
   const Strikers strikers = read_strikers(root);
   effect.asked_by = fmt::format("striker: ({})", root.where("striker"));
   const bool burst =
-      std::find(strikers.kinds.begin(), strikers.kinds.end(), kBurst) != strikers.kinds.end();
+      std::find(strikers.kinds.begin(), strikers.kinds.end(), burst_name) != strikers.kinds.end();
   effect.seconds_per_sound = burst ? 4e-10 * scene.audio.sample_rate : 1e-6;
   effect.start = [strikers](const std::filesystem::path&) {
     EffectParts parts;

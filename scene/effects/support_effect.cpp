@@ -21,13 +21,13 @@ namespace carillon::scene {
 namespace {
 
 /// A bound.
-constexpr double kDiagonalSeconds = 2e-5;
+constexpr double diagonal_seconds = 2e-5;
 /// Measured (docs/sound/supports.md): the coupled problem of n modes takes n^3 times this, the
 /// estimate of the diagonal answer's error n^2 times this.
-constexpr double kCoupledSeconds = 2e-8;
-constexpr double kEstimateSeconds = 3e-8;
+constexpr double coupled_seconds = 2e-8;
+constexpr double estimate_seconds = 3e-8;
 /// Objects whose contacts are kept ready.
-constexpr std::size_t kObjects = 32;
+constexpr std::size_t max_ready_objects = 32;
 
 /// What is known of an object before a sound.
 struct HeldObject {
@@ -45,7 +45,7 @@ class Supports {
   explicit Supports(SupportsConfig config) : config_(std::move(config)) {}
 
   void prepare(const RingingObject& object) {
-    if (objects_.size() >= kObjects) objects_.clear();
+    if (objects_.size() >= max_ready_objects) objects_.clear();
     HeldObject held;
     held.places = find_places(object, config_);
     objects_.insert_or_assign(object.id, std::move(held));
@@ -169,12 +169,12 @@ SceneEffect read(core::ConfigNode& root, const Scene&) {
   effect.asked_by = "supports: (" + root.where("supports") + ")";
   core::ConfigNode node = root.child("supports");
   SupportsConfig config = read_supports(node);
-  effect.seconds_per_sound = kDiagonalSeconds;
+  effect.seconds_per_sound = diagonal_seconds;
   if (!config.fixed()) {
     effect.seconds_by_modes = [full = config.full](int modes) {
       // Beyond the most that can be coupled there is an error rather than a cost.
-      const double n = std::min(modes, static_cast<int>(synth::support::kMaxCoupledModes));
-      return full ? kCoupledSeconds * n * n * n : kEstimateSeconds * modes * modes;
+      const double n = std::min(modes, static_cast<int>(synth::support::max_coupled_modes));
+      return full ? coupled_seconds * n * n * n : estimate_seconds * modes * modes;
     };
   }
   effect.start = [config = std::move(config)](const std::filesystem::path&) {

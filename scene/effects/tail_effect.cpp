@@ -29,11 +29,11 @@ std::string why_silent(const RoomScene& room, const Scene& scene) {
             room_options(room, place, listener, scene.audio.sample_rate, scene.audio.samples(), 0));
         loudest = std::max(loudest, plan.energy_db());
         first = std::min(first, plan.start);
-        if (loudest >= synth::room::kInaudibleTail && first < scene.audio.seconds) return "";
+        if (loudest >= synth::room::inaudible_tail && first < scene.audio.seconds) return "";
       }
     }
   }
-  if (loudest < synth::room::kInaudibleTail) {
+  if (loudest < synth::room::inaudible_tail) {
     return fmt::format("absorption so high that the tail is inaudible (energy {:.0f} dB)",
                        std::max(loudest, -999.0));
   }

@@ -19,7 +19,7 @@ using core::Range;
 
 namespace {
 
-constexpr std::size_t kMaxInMasks = 255;  ///< bodies of a picture (render::Scene)
+constexpr std::size_t max_in_masks = 255;  ///< bodies of a picture (render::Scene)
 
 Ranges3 three(ConfigNode& node, const std::string& key, Dimension dimension) {
   Ranges3 values{};
@@ -284,10 +284,10 @@ MotionConfig read_motion(ConfigNode node, const std::string& file_name,
   read_strings(node, motion);
   if (node.has("stylus")) motion.stylus = read_stylus(node.child("stylus"), motion);
   const std::size_t pictured = motion.bodies.size() + (motion.stylus ? 1 : 0);
-  if (motion.camera && pictured > kMaxInMasks) {
+  if (motion.camera && pictured > max_in_masks) {
     node.fail("camera",
               fmt::format("{} bodies{}: pictures can tell {} apart", pictured,
-                          motion.stylus ? " with the stylus" : "", kMaxInMasks),
+                          motion.stylus ? " with the stylus" : "", max_in_masks),
               "leave out the camera, or some bodies");
   }
   return motion;

@@ -32,7 +32,7 @@ std::shared_ptr<const render::maps::SurfaceMap> Textures::of(const TextureConfig
 namespace {
 
 /// Least part of a side's rectangle that is flat: a disc's is 0.79, a ball's 0.
-constexpr double kMinFlat = 0.25;
+constexpr double min_flat = 0.25;
 
 /// Part of the face's rectangle that the body's flat side takes.
 double flat_part(const render::maps::TexturedFace& face,
@@ -60,7 +60,7 @@ std::string side_of(const TextureConfig& texture) {
 void check_face(const TextureConfig& texture, const render::maps::TexturedFace& face,
                 double thickness, const solvers::mesh::SurfaceMesh* surface) {
   const double flat = surface != nullptr ? flat_part(face, *surface) : 1;
-  if (flat < kMinFlat) {
+  if (flat < min_flat) {
     throw core::InputError(
         fmt::format("its side {} is not flat ({:.0f} % of the rectangle around it): a texture "
                     "needs a plane",

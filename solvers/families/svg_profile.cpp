@@ -121,7 +121,7 @@ std::array<double, 2> point_of(const PathCurve& curve, double t) {
 }
 
 /// Points of an outline, each of which is held against all others for crossings.
-constexpr double kMaxPoints = 1e4;
+constexpr double max_points = 1e4;
 
 /// Equal steps in t whose chords stay within `tolerance`: |B''| / (8 n^2) bounds their distance.
 /// Without end for a curve that reaches without end to the side.
@@ -160,7 +160,7 @@ std::vector<std::array<double, 2>> profile_from_svg(const std::string& path, dou
   ProfilePolygon polygon;
   for (const auto& curve : curves) {
     const double steps = steps_of(curve, 1e-4 * (high - low));
-    if (!(static_cast<double>(polygon.size()) + steps <= kMaxPoints))
+    if (!(static_cast<double>(polygon.size()) + steps <= max_points))
       throw core::InputError(
           path +
               ": an outline that is true to a ten thousandth of its height has more than 10000 "

@@ -23,12 +23,12 @@ extern char** environ;
 namespace carillon::solvers::mesher {
 namespace {
 
-constexpr std::size_t kKeptOutput = 4096;
+constexpr std::size_t kept_output = 4096;
 /// How long a poll sleeps at most [s].
-constexpr double kStep = 0.02;
+constexpr double step_length = 0.02;
 /// How often a child is looked after that has closed its streams [s]: as a rule it is about to end,
 /// and whoever waits for it has nothing else to do.
-constexpr double kLastStep = 0.001;
+constexpr double last_step = 0.001;
 
 /// A pipe whose ends close with it.
 struct Pipe {
@@ -111,7 +111,7 @@ bool take_output(int fd, std::string& output) {
   const ssize_t got = read(fd, block.data(), block.size());
   if (got < 0) return errno == EINTR || errno == EAGAIN;
   output.append(block.data(), static_cast<std::size_t>(got));
-  if (output.size() > kKeptOutput) output.erase(0, output.size() - kKeptOutput);
+  if (output.size() > kept_output) output.erase(0, output.size() - kept_output);
   return got > 0;
 }
 
@@ -142,8 +142,8 @@ ChildExit run_child(const std::filesystem::path& program, const std::vector<std:
       kill(pid, SIGKILL);
     }
     pollfd waiting{pipe.ends[0], POLLIN, 0};
-    const int milliseconds =
-        static_cast<int>(std::ceil(1000 * std::clamp(left, 0.001, streaming ? kStep : kLastStep)));
+    const int milliseconds = static_cast<int>(
+        std::ceil(1000 * std::clamp(left, 0.001, streaming ? step_length : last_step)));
     if (poll(&waiting, streaming ? 1 : 0, milliseconds) > 0) {
       streaming = take_output(pipe.ends[0], exit.output);
     }

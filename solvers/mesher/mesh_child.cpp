@@ -30,7 +30,7 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 /// Raised whenever the mesher or the repair would give another result for the same request.
-constexpr int kMesherVersion = 5;
+constexpr int mesher_version = 5;
 
 constexpr const char* folder_hint =
     "make room, or set TMPDIR to a folder that may be written to, on every node; then run the same "
@@ -143,7 +143,7 @@ std::string file_name(const mesh::MeshRequest& request) {
 std::string mesh_key(const mesh::MeshRequest& request) {
   json described = mesh::to_json(request);
   core::Sha256 hash;
-  hash.add(fmt::format("carillon mesh {}; " CARILLON_MESH_LIBRARIES "; ", kMesherVersion));
+  hash.add(fmt::format("carillon mesh {}; " CARILLON_MESH_LIBRARIES "; ", mesher_version));
   if (request.shape.family.empty()) {
     // The file counts by its contents and by its ending, which decides how it is read.
     described.erase("shape");

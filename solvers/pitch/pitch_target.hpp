@@ -79,8 +79,7 @@ modes::Modes without_margin(const modes::Modes& modes);
 /// with its error.
 ///
 /// @throws InputError   the target is below min_pitch_target or no number, or modes come without
-/// pitch_errors; and
-///                      what make_mesh and solve throw
+///                      pitch_errors; and what make_mesh and solve throw
 /// @throws SolverError  the first setting failed
 /// @throws ResourceError  any setting ran out of time or memory
 /// @note Collective where make_mesh and solve are.

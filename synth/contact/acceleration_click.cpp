@@ -22,13 +22,13 @@ namespace {
 using std::numbers::pi;
 
 /// Time constants after which a free click is over: 1e-11 of it is left.
-constexpr double kFree = 25;
+constexpr double free = 25;
 
 /// The oscillator G / (a c^2) of a sphere under a force of unit impulse.
 class SphereResponse {
  public:
   SphereResponse(double radius, const modal::ContactForce& force)
-      : rate_(modal::kSoundSpeed / radius), duration_(force.duration) {
+      : rate_(modal::speed_of_sound / radius), duration_(force.duration) {
     if (force.samples.empty()) {
       pulse_.emplace(2 * rate_ * rate_, rate_, duration_);
       decay_.emplace(2 * rate_ * rate_, rate_, pulse_->during_contact(duration_));
@@ -46,10 +46,11 @@ class SphereResponse {
     // The equation of motion, integrated once.
     const double integral =
         (impulse(t) - motion.velocity - 2 * rate_ * motion.displacement) / (2 * rate_ * rate_);
-    return motion.displacement / (modal::kSoundSpeed * distance) + integral / (distance * distance);
+    return motion.displacement / (modal::speed_of_sound * distance) +
+           integral / (distance * distance);
   }
   /// After which the pressure is nil.
-  double end() const { return duration_ + kFree / rate_; }
+  double end() const { return duration_ + free / rate_; }
 
  private:
   double impulse(double t) const {
@@ -83,9 +84,10 @@ void check(const RigidSource& source, const Vec3& impulse, const modal::ContactF
   }
   if (!hears_click(source, listener)) {
     throw core::InputError(
-        fmt::format("click: the listener is {:.4g} m from the object's centre, inside the sphere of "
-                    "{:.4g} m that stands for it",
-                    (listener - source.centre).norm(), source.radii.maxCoeff()),
+        fmt::format(
+            "click: the listener is {:.4g} m from the object's centre, inside the sphere of "
+            "{:.4g} m that stands for it",
+            (listener - source.centre).norm(), source.radii.maxCoeff()),
         "move the listener away from the object, or leave effects.click on auto or off");
   }
 }
@@ -142,7 +144,8 @@ Vec3 equivalent_radii(const Vec3& semi_axes) {
 
 RigidSource rigid_source(const solvers::modes::ModeSurface& surface, double mass) {
   if (!(mass > 0) || !std::isfinite(mass)) {
-    throw core::InputError(fmt::format("click: the object's mass must be positive, not {} kg", mass));
+    throw core::InputError(
+        fmt::format("click: the object's mass must be positive, not {} kg", mass));
   }
   RigidSource source;
   source.mass = mass;
@@ -171,11 +174,11 @@ std::vector<float> acceleration_click(const RigidSource& source, const Vec3& imp
     const double cosine = source.axes.col(axis).dot(offset) / distance;
     if (along == 0 || cosine == 0) continue;
     const double radius = source.radii[axis];
-    const double mass = source.mass + modal::kAirDensity * 2 * pi / 3 * radius * radius * radius;
-    const double factor = modal::kAirDensity * cosine * radius * modal::kSoundSpeed *
-                          modal::kSoundSpeed * (along / mass) * sample_rate;
+    const double mass = source.mass + modal::air_density * 2 * pi / 3 * radius * radius * radius;
+    const double factor = modal::air_density * cosine * radius * modal::speed_of_sound *
+                          modal::speed_of_sound * (along / mass) * sample_rate;
     const SphereResponse response(radius, force);
-    const double delay = begin + std::max(0.0, distance - radius) / modal::kSoundSpeed;
+    const double delay = begin + std::max(0.0, distance - radius) / modal::speed_of_sound;
     const double first = std::ceil(delay * sample_rate);
     if (!(first < static_cast<double>(count))) continue;
     double before = 0;

@@ -7,21 +7,21 @@ namespace carillon::synth::contact {
 
 namespace {
 
-constexpr int kPieces = 128;
+constexpr int pieces = 128;
 
 /// The force over one contact of duration 1 and unit impulse.
 std::vector<double> make_shape() {
   // Runge-Kutta's steps up to the deepest point; the way out is the way in reversed. Half the
   // contact lasts the integral of dx / sqrt(1 - x^(5/2)) from 0 to 1, 2/5 B(2/5, 1/2).
-  constexpr int kSteps = 200;  // in each piece
+  constexpr int steps = 200;  // in each piece
   const double half = 0.4 * std::beta(0.4, 0.5);
-  const double h = half / (kPieces / 2 * kSteps);
+  const double h = half / (pieces / 2 * steps);
   const auto force = [](double x) { return x > 0 ? x * std::sqrt(x) : 0; };
-  std::vector<double> shape(kPieces + 1, 0.0);
+  std::vector<double> shape(pieces + 1, 0.0);
   double x = 0;
   double v = 1;
-  for (int k = 1; k <= kPieces / 2; ++k) {
-    for (int step = 0; step < kSteps; ++step) {
+  for (int k = 1; k <= pieces / 2; ++k) {
+    for (int step = 0; step < steps; ++step) {
       const double v1 = v, a1 = -1.25 * force(x);
       const double v2 = v + h / 2 * a1, a2 = -1.25 * force(x + h / 2 * v1);
       const double v3 = v + h / 2 * a2, a3 = -1.25 * force(x + h / 2 * v2);
@@ -29,7 +29,7 @@ std::vector<double> make_shape() {
       x += h / 6 * (v1 + 2 * v2 + 2 * v3 + v4);
       v += h / 6 * (a1 + 2 * a2 + 2 * a3 + a4);
     }
-    shape[static_cast<std::size_t>(k)] = shape[static_cast<std::size_t>(kPieces - k)] = force(x);
+    shape[static_cast<std::size_t>(k)] = shape[static_cast<std::size_t>(pieces - k)] = force(x);
   }
   const double impulse = modal::impulse_of({1, shape});
   for (double& value : shape) value /= impulse;

@@ -13,7 +13,7 @@ namespace carillon::synth::contact {
 namespace {
 
 /// The filter rings on after the burst; it is followed down to this share (-120 dB).
-constexpr double kFilterTail = 1e-6;
+constexpr double filter_tail = 1e-6;
 
 void check_part(double value, const char* what) {
   if (!(value >= 0 && value <= 1)) {
@@ -70,7 +70,7 @@ modal::ContactForce noise_burst(const NoiseBurst& burst, double sample_rate,
   const bool filtered = cutoff < sample_rate / 2;
   // The slowest pole of the low-pass falls as exp(-pi cutoff t).
   const double ringing =
-      filtered ? std::ceil(-std::log(kFilterTail) * sample_rate / (std::numbers::pi * cutoff)) : 0;
+      filtered ? std::ceil(-std::log(filter_tail) * sample_rate / (std::numbers::pi * cutoff)) : 0;
 
   std::vector<double> force(length + static_cast<std::size_t>(ringing) + 1, 0.0);
   double energy = 0;  // of the envelope under noise of variance 1/3

@@ -16,7 +16,7 @@ namespace {
 using std::numbers::pi;
 
 /// A hollow tighter than the striker is met as if 1/R were this fraction of the striker's.
-constexpr double kTightestHollow = 0.1;
+constexpr double tightest_hollow = 0.1;
 
 double positive(double value, const char* what) {
   if (!(value > 0)) {
@@ -92,14 +92,14 @@ double mean_curvature(const solvers::modes::ModeSurface& surface,
                       const modal::SurfacePoint& point) {
   modal::frame_at(surface, point);  // refuses what is no point of a face
   // Over half the face: an interpolated sphere's own second derivatives waver by a quarter.
-  constexpr double kStep = 0.25;
+  constexpr double step_length = 0.25;
   const auto frame = [&](double first, double second) {
     return modal::frame_at(
         surface,
         {point.face, Eigen::Vector3d(1.0 / 3 - first - second, 1.0 / 3 + first, 1.0 / 3 + second)});
   };
-  const modal::PointFrame right = frame(kStep, 0), left = frame(-kStep, 0);
-  const modal::PointFrame up = frame(0, kStep), down = frame(0, -kStep);
+  const modal::PointFrame right = frame(step_length, 0), left = frame(-step_length, 0);
+  const modal::PointFrame up = frame(0, step_length), down = frame(0, -step_length);
   Eigen::Matrix<double, 3, 2> tangents;
   tangents << right.position - left.position, up.position - down.position;
   Eigen::Matrix<double, 3, 2> turns;
@@ -134,7 +134,7 @@ HertzContact hertz_contact(const Striker& striker, const StruckBody& body, doubl
   HertzContact contact;
   contact.mass = 1 / (1 / striker.mass + 1 / body.mass);
   contact.radius =
-      1 / std::max(1 / striker.radius + body.curvature, kTightestHollow / striker.radius);
+      1 / std::max(1 / striker.radius + body.curvature, tightest_hollow / striker.radius);
   contact.modulus = 1 / (compliance(striker.youngs_modulus, striker.poisson_ratio) +
                          compliance(body.youngs_modulus, body.poisson_ratio));
   if (!std::isfinite(contact.mass) || !(contact.mass > 0)) {

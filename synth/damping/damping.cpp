@@ -15,7 +15,7 @@ namespace {
 
 using core::InputError;
 
-constexpr std::size_t kAny = std::numeric_limits<std::size_t>::max();
+constexpr std::size_t any = std::numeric_limits<std::size_t>::max();
 
 /// lambda^exponent times ln(lambda); its limit at 0 for positive exponents.
 double power_times_log(double lambda, double exponent) {
@@ -59,7 +59,7 @@ const std::vector<DampingForm>& damping_forms() {
        "series of any length; may be negative in between (Sterling 2019, eq. 2.7 and 2.12 with "
        "omega^(2 j))",
        1,
-       kAny,
+       any,
        {"1/s", "s", "s^3"}},
       {DampingKind::power,
        "power",
@@ -80,7 +80,7 @@ const std::vector<DampingForm>& damping_forms() {
        "c = any formula of lambda, omega, f and alpha1, alpha2, ...",
        "written out in place of a model's name, as 6 + 1e-7*lambda (muParser)",
        0,
-       kAny,
+       any,
        {}},
   };
   return forms;

@@ -19,7 +19,7 @@ namespace {
 
 using core::InputError;
 
-constexpr const char* kRemedy =
+constexpr const char* remedy =
     "a formula of lambda [rad^2/s^2], omega [rad/s] and f [Hz] that gives c = 2 d [1/s], as "
     "6 + 1e-7*lambda, or a model by name: rayleigh, caughey, power, hybrid";
 
@@ -40,7 +40,7 @@ struct Formula {
 };
 
 [[noreturn]] void refuse(const std::string& expression, std::size_t place, const std::string& what,
-                         const std::string& hint = kRemedy, const std::string& near = "") {
+                         const std::string& hint = remedy, const std::string& near = "") {
   throw InputError(fmt::format("damping \"{}\": {} at character {}{}", expression, what, place + 1,
                                near.empty() ? "" : fmt::format("; did you mean \"{}\"?", near)),
                    hint);
@@ -73,7 +73,7 @@ void refuse_assignment(const std::string& expression) {
         refuse(expression, place, fmt::format("{} has no value", token),
                fmt::format("give {}, or write its number into the formula", token));
       }
-      refuse(expression, place, fmt::format("unknown name \"{}\"", token), kRemedy,
+      refuse(expression, place, fmt::format("unknown name \"{}\"", token), remedy,
              core::nearest_name(token, names));
     }
     case mu::ecUNEXPECTED_EOF:

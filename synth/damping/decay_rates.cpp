@@ -14,7 +14,7 @@ namespace {
 using core::InputError;
 
 /// Steps of the search for negative damping.
-constexpr int kSteps = 4095;
+constexpr int steps = 4095;
 
 double eigenvalue_at(double frequency) {
   const double omega = 2 * std::numbers::pi * frequency;
@@ -108,9 +108,8 @@ std::vector<NegativeRange> negative_ranges(const DampingModel& model, double low
   std::vector<NegativeRange> ranges;
   double before = low_hz;
   bool inside = false;
-  for (int i = 0; i <= kSteps; ++i) {
-    const double f =
-        i == kSteps ? high_hz : low_hz * std::pow(high_hz / low_hz, i / double(kSteps));
+  for (int i = 0; i <= steps; ++i) {
+    const double f = i == steps ? high_hz : low_hz * std::pow(high_hz / low_hz, i / double(steps));
     const bool negative = c(eigenvalue_at(f)) < 0;
     if (negative && !inside) ranges.push_back({i == 0 ? f : edge_between(c, before, f), f});
     if (!negative && inside) ranges.back().high = edge_between(c, before, f);

@@ -40,7 +40,7 @@ damping::DampingModel read_damping(core::ConfigNode& node, const std::string& ke
 Material read_material(core::ConfigNode node, const std::string& name, const std::string& path) {
   Material material;
   material.name = name;
-  for (const ElasticField& field : kElasticFields) {
+  for (const ElasticField& field : elastic_fields) {
     field.value(material) = node.quantity(field.name, field.dimension);
   }
   if (node.is_mapping("damping")) {

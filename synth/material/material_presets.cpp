@@ -6,14 +6,14 @@ namespace carillon::synth::material {
 
 namespace {
 
-constexpr const char* kHiner = "Hiner 2024, Table 1 (after Wang and James 2019, Table 4)";
+constexpr const char* hiner_table = "Hiner 2024, Table 1 (after Wang and James 2019, Table 4)";
 
 Material hiner(std::string name, double density, double youngs_modulus, double poisson_ratio,
                double alpha1, double alpha2) {
   return {std::move(name),
           {youngs_modulus, poisson_ratio, density},
           damping::rayleigh_damping(alpha1, alpha2),
-          kHiner};
+          hiner_table};
 }
 
 /// An object of Sterling's tables: what the tables give of it, and what handbooks complete.
@@ -58,13 +58,13 @@ void add_gpd(std::vector<Material>& presets, const std::string& name,
   presets.push_back(row(sample, "_power", damping::DampingKind::power, power));
 }
 
-constexpr const char* kPorcelain =
+constexpr const char* porcelain =
     "dense siliceous porcelain, IEC 60672-3 type C 110 (at least 60 GPa and 2200 "
     "kg/m^3), whitewares 67 to 150 GPa, nu 0.17, 2300 to 3000 kg/m^3";
-constexpr const char* kOak =
+constexpr const char* oak =
     "northern red oak along the grain at 12 % moisture, taken as isotropic (Forest "
     "Products Laboratory, Wood Handbook, tables of mechanical properties)";
-constexpr const char* kAcrylic =
+constexpr const char* acrylic =
     "acrylic (PMMA) as a rigid clear plastic, 2.2 to 3.8 GPa, 1160 to 1220 kg/m^3 "
     "(Ashby, Materials Selection in Mechanical Design, appendix)";
 
@@ -82,18 +82,18 @@ std::vector<Material> hiner_rows() {
 }
 
 void add_sterling_rows(std::vector<Material>& presets) {
-  add_sterling(presets, "porcelain", {7.0e10, 0.17, 2400}, kPorcelain, {3.9, 1e-8},
+  add_sterling(presets, "porcelain", {7.0e10, 0.17, 2400}, porcelain, {3.9, 1e-8},
                {3.9, 5.2e-9, 1.027});
   add_sterling(presets, "travertine", {4.0e10, 0.25, 2400},
                "travertine at least 2305 kg/m^3 (ASTM C1527), intact limestone 15 to 55 GPa and "
                "nu 0.2 to 0.3",
                {1.3, 2.5e-8}, {1.3, 2.5e-8, 1.001});
-  add_sterling(presets, "wood", {1.25e10, 0.35, 700}, kOak, {39.0, 1.3e-7}, {39.0, 2.1e-7, 0.978});
+  add_sterling(presets, "wood", {1.25e10, 0.35, 700}, oak, {39.0, 1.3e-7}, {39.0, 2.1e-7, 0.978});
   add_sterling(presets, "steel", {2.0e11, 0.29, 7850},
                "low-carbon steel, 200 to 215 GPa, 7800 to 7900 kg/m^3 (Ashby, Materials Selection "
                "in Mechanical Design, appendix)",
                {2.3, 6.9e-8}, {2.4, 5.5e-8, 1.011});
-  add_sterling(presets, "plastic", {3.0e9, 0.37, 1190}, kAcrylic, {39.8, 1.3e-7},
+  add_sterling(presets, "plastic", {3.0e9, 0.37, 1190}, acrylic, {39.8, 1.3e-7},
                {34.83, 4.1e-7, 0.95});
   add_sterling(presets, "glass", {7.0e10, 0.20, 2500}, "soda-lime silicate glass, EN 572-1",
                {2.0, 7.8e-8}, {1.9, 1.5e-7, 0.974});
@@ -103,16 +103,16 @@ void add_gpd_rows(std::vector<Material>& presets) {
   const std::string fitted =
       "Young's modulus is the table's, found together with the damping from one recording; nu and "
       "density are handbook values: ";
-  add_gpd(presets, "plastic_1", {8.0e9, 0.37, 1190}, fitted + kAcrylic, {125, 8e-6},
+  add_gpd(presets, "plastic_1", {8.0e9, 0.37, 1190}, fitted + acrylic, {125, 8e-6},
           {280, -3.6e-7, 2.0e-15}, {1.13, 0.3});
   add_gpd(presets, "plastic_2", {2.4e9, 0.40, 1050},
           fitted +
               "ABS as a thin, tough plastic, 2.0 to 2.9 GPa, nu 0.394 to 0.422, 1020 to 1080 "
               "kg/m^3 (Granta Design, MaterialUniverse, ABS for extrusion)",
           {58, 1e-6}, {85, 6.6e-7, 5.6e-14}, {0.19, 0.37});
-  add_gpd(presets, "porcelain", {2.0e10, 0.17, 2400}, fitted + kPorcelain, {189, 1.5e-8},
+  add_gpd(presets, "porcelain", {2.0e10, 0.17, 2400}, fitted + porcelain, {189, 1.5e-8},
           {420, -2.4e-6, 3.8e-15}, {163, 0.01});
-  add_gpd(presets, "wood", {9.9e9, 0.35, 700}, fitted + kOak, {35, 4.6e-7}, {277, -2.0e-6, 4.8e-15},
+  add_gpd(presets, "wood", {9.9e9, 0.35, 700}, fitted + oak, {35, 4.6e-7}, {277, -2.0e-6, 4.8e-15},
           {6.7, 0.18});
   add_gpd(presets, "aluminum", {7.0e10, 0.33, 2700},
           "elastic constants are handbook values (the table's 0.88 GPa is no aluminium): aluminium "

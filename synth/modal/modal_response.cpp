@@ -15,11 +15,11 @@ using std::numbers::pi;
 
 /// Poles nearer than this fraction of d are treated as one pair: a sum of two exponentials would
 /// lose more than a digit.
-constexpr double kNearCritical = 0.1;
+constexpr double near_critical_fraction = 0.1;
 
 /// Poles and frequencies of the force are apart, over the contact, from this many radians on: parts
 /// of a motion are then at most some hundred times as great as it.
-constexpr double kApart = 0.01;
+constexpr double apart = 0.01;
 
 /// (exp(x) - exp(c)) / (x - c), given both exponentials.
 Complex exponential_difference(const Complex& x, const Complex& exp_x, const Complex& c,
@@ -72,7 +72,7 @@ ModalResponse::ModalResponse(double eigenvalue, double decay_rate, double contac
   slow_share_ = given_ ? 0 : slow_fraction(std::sqrt(eigenvalue), contact_time);
   if (given_ || near_critical_) return;
   const Complex first = first_pole() * contact_time;
-  contact_splits_ = std::abs(first) >= kApart && std::abs(first - Complex(0, 2 * pi)) >= kApart;
+  contact_splits_ = std::abs(first) >= apart && std::abs(first - Complex(0, 2 * pi)) >= apart;
 }
 
 ModalResponse::ModalResponse(double eigenvalue, double decay_rate, const ModalMotion& at_end)
@@ -86,7 +86,7 @@ ModalResponse::ModalResponse(double eigenvalue, double decay_rate, const ModalMo
   oscillates_ = decay_rate < omega;
   // The product of roots neither overflows nor cancels.
   split_ = std::sqrt(std::abs(decay_rate - omega)) * std::sqrt(decay_rate + omega);
-  near_critical_ = split_ <= kNearCritical * decay_rate;
+  near_critical_ = split_ <= near_critical_fraction * decay_rate;
   if (oscillates_) {
     const auto extended = std::sqrt(static_cast<long double>(eigenvalue));
     damped_ = std::sqrt((extended - decay_rate) * (extended + decay_rate));
@@ -121,16 +121,16 @@ ModalMotion ModalResponse::during_contact(double t) const {
     // Divided difference by Cauchy's integral on a circle around both poles: I is entire, so the
     // trapezoidal rule converges geometrically (the poles lie within a quarter of the radius), and
     // nothing cancels however close they are. The lower half of the circle is the conjugate.
-    constexpr int kPoints = 16;
+    constexpr int points = 16;
     const double radius = 2 / t;
     const double split_squared = oscillates_ ? -split_ * split_ : split_ * split_;
-    for (int k = 0; k < kPoints; ++k) {
-      const Complex offset = std::polar(radius, pi * (k + 0.5) / kPoints);
+    for (int k = 0; k < points; ++k) {
+      const Complex offset = std::polar(radius, pi * (k + 0.5) / points);
       const Complex s = -decay_rate_ + offset;
       const Complex term =
           convolution(s, contact_time_, t) * offset / (offset * offset - split_squared);
-      q += term.real() / kPoints;
-      v += (s * term).real() / kPoints;
+      q += term.real() / points;
+      v += (s * term).real() / points;
     }
   } else if (oscillates_) {
     const Complex integral = convolution(first_pole(), contact_time_, t);

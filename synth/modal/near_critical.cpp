@@ -7,7 +7,7 @@ namespace carillon::synth::modal {
 namespace {
 
 /// Where a mode, which dies within a few periods, ends: relative to its own start.
-constexpr double kTail = 1e-17;
+constexpr double tail = 1e-17;
 
 }  // namespace
 
@@ -26,7 +26,7 @@ void add_motions(const Resonances& resonances, const std::vector<NearCriticalMot
     mode->displacement += motion.start.displacement;
     mode->velocity += motion.start.velocity;
     const ModalResponse decay(lambda, d, motion.start);
-    mode->end = kTail * decay.bound_after_contact(0, motion.gains);
+    mode->end = tail * decay.bound_after_contact(0, motion.gains);
   }
 }
 

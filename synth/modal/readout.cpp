@@ -31,13 +31,13 @@ Readout monopole(const solvers::modes::Modes& modes, std::span<const Listener> l
     const double distance = (position - hull.centroid).norm();
     if (!(distance > hull.radius) || !std::isfinite(distance)) {
       throw core::InputError(
-          fmt::format("listener {} is {:.4g} m from the object's centre, which reaches {:.4g} m", row,
-                      distance, hull.radius),
+          fmt::format("listener {} is {:.4g} m from the object's centre, which reaches {:.4g} m",
+                      row, distance, hull.radius),
           "move the listener away from the object; the far field holds some radii away");
     }
     readout.acceleration.row(row) =
-        (kAirDensity / (4 * std::numbers::pi * distance)) * volume_velocity.transpose();
-    readout.delays.push_back(distance / kSoundSpeed);
+        (air_density / (4 * std::numbers::pi * distance)) * volume_velocity.transpose();
+    readout.delays.push_back(distance / speed_of_sound);
   }
   return readout;
 }

@@ -13,8 +13,8 @@ namespace carillon::synth::modal {
 struct SurfacePoint;
 
 /// Air at 20 degrees C and 1013.25 hPa, dry (CRC Handbook of Chemistry and Physics).
-inline constexpr double kAirDensity = 1.204;  ///< [kg/m^3]
-inline constexpr double kSoundSpeed = 343.0;  ///< [m/s]
+inline constexpr double air_density = 1.204;     ///< [kg/m^3]
+inline constexpr double speed_of_sound = 343.0;  ///< [m/s]
 
 /// A place in free air where pressure is taken.
 struct Listener {

@@ -18,7 +18,7 @@ HWY_BEFORE_NAMESPACE();
 namespace carillon::synth::modal::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
-using Lanes = hn::CappedTag<double, kMaxLanes>;
+using Lanes = hn::CappedTag<double, max_lanes>;
 using Vector = hn::Vec<Lanes>;
 
 /// One voice: its last two vectors and the recursion's coefficients.
@@ -49,8 +49,8 @@ void add_voices(const Voice* voices, std::size_t size, std::size_t count, double
   const std::size_t width = hn::Lanes(lanes);
   std::size_t power = 0;
   while ((std::size_t{1} << power) < width) ++power;
-  static constexpr Rotation kStill{};
-  const Voice silent{&kStill, 0};
+  static constexpr Rotation at_rest{};
+  const Voice silent{&at_rest, 0};
   for (std::size_t first = 0; first < size; first += 4) {
     const auto voice = [&](std::size_t k) -> const Voice& {
       return first + k < size ? voices[first + k] : silent;
@@ -137,9 +137,9 @@ std::complex<double> product(const std::complex<double>& a, const std::complex<d
 }  // namespace
 
 std::complex<double> exponential(double decay_rate, long double angular_frequency, long double t) {
-  constexpr long double kTurn = 2 * std::numbers::pi_v<long double>;
-  const long double turns = angular_frequency * t / kTurn;
-  const auto angle = static_cast<double>((turns - std::rint(turns)) * kTurn);
+  constexpr long double turn = 2 * std::numbers::pi_v<long double>;
+  const long double turns = angular_frequency * t / turn;
+  const auto angle = static_cast<double>((turns - std::rint(turns)) * turn);
   const double decay = std::exp(-decay_rate * static_cast<double>(t));
   return {decay * std::cos(angle), decay * std::sin(angle)};
 }
@@ -159,7 +159,7 @@ Rotation make_rotation(double decay_rate, long double angular_frequency, double 
   }
   rotation.real[0] = 1;
   rotation.imag[0] = 0;
-  for (std::size_t power = 0, filled = 1; filled < kMaxLanes; ++power, filled *= 2) {
+  for (std::size_t power = 0, filled = 1; filled < max_lanes; ++power, filled *= 2) {
     const double step_re = rotation.powers[power].real();
     const double step_im = rotation.powers[power].imag();
     for (std::size_t k = 0; k < filled; ++k) {
@@ -177,7 +177,7 @@ void add_voices(std::span<const Voice> voices, std::size_t count, SampleBlock& b
 
 void move_on(std::span<Voice> voices, std::size_t count) {
   const ClearSubnormals clear;
-  for (std::size_t power = 0; power < kStepPowers; ++power) {
+  for (std::size_t power = 0; power < step_powers; ++power) {
     if ((count >> power & 1U) == 0) continue;
     for (Voice& voice : voices) voice.value = product(voice.value, voice.rotation->powers[power]);
   }

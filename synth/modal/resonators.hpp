@@ -12,21 +12,21 @@ namespace carillon::synth::modal {
 
 /// Samples summed at once: they fit the first-level cache, and the rounding of the recursion, which
 /// grows with them, stays near 1e-13.
-inline constexpr std::size_t kBlock = 512;
+inline constexpr std::size_t block_size = 512;
 /// Most samples in one vector.
-inline constexpr std::size_t kMaxLanes = 8;
-inline constexpr std::size_t kStepPowers = 10;
+inline constexpr std::size_t max_lanes = 8;
+inline constexpr std::size_t step_powers = 10;
 
 /// Sums of one block.
 struct alignas(128) SampleBlock {
-  std::array<double, kBlock> samples;
+  std::array<double, block_size> samples;
 };
 
 /// How a partial goes on from sample to sample: powers of its step exp((-d + i omega) / rate).
 struct alignas(64) Rotation {
-  std::array<double, kMaxLanes> real;  ///< step^k
-  std::array<double, kMaxLanes> imag;
-  std::array<std::complex<double>, kStepPowers> powers;  ///< step^(2^j), up to a block
+  std::array<double, max_lanes> real;  ///< step^k
+  std::array<double, max_lanes> imag;
+  std::array<std::complex<double>, step_powers> powers;  ///< step^(2^j), up to a block
 };
 
 /// @param angular_frequency  [rad/s]; extended, so that hours keep their phase
@@ -42,7 +42,7 @@ struct Voice {
   std::complex<double> value;
 };
 
-/// Adds the voices' next `count` <= kBlock samples; what lies beyond in the block is spoilt.
+/// Adds the voices' next `count` <= block_size samples; what lies beyond in the block is spoilt.
 ///
 /// Lanes are consecutive samples: a vector follows from the two before it by the recursion
 /// y[n + 2 w] = 2 Re(step^w) y[n + w] - |step^w|^2 y[n], whose first two are exact. Voices are
@@ -50,7 +50,7 @@ struct Voice {
 /// of the sum). Numbers below the normal range (1e-308) count as zero, as they are slow.
 void add_voices(std::span<const Voice> voices, std::size_t count, SampleBlock& block);
 
-/// Moves voices on by `count` samples, at most kBlock.
+/// Moves voices on by `count` samples, at most block_size.
 void move_on(std::span<Voice> voices, std::size_t count);
 
 /// Takes out voices whose magnitude, which bounds all they can still add, is below a level or zero;
@@ -58,7 +58,7 @@ void move_on(std::span<Voice> voices, std::size_t count);
 void drop_below(double level, std::vector<Voice>& voices);
 
 /// Writes a block as floats.
-/// @param samples  at most kBlock
+/// @param samples  at most block_size
 /// @return largest magnitude among them, before rounding
 double store_block(const SampleBlock& block, std::span<float> samples);
 

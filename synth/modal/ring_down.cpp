@@ -15,11 +15,11 @@ namespace carillon::synth::modal {
 namespace {
 
 /// How far a direction may be from unit length, and barycentric coordinates from summing to one.
-constexpr double kTolerance = 1e-6;
+constexpr double tolerance = 1e-6;
 
 void check_point(const SurfacePoint& point) {
   const auto& b = point.barycentric;
-  if (!b.allFinite() || std::abs(b.sum() - 1) > kTolerance || b.minCoeff() < -kTolerance) {
+  if (!b.allFinite() || std::abs(b.sum() - 1) > tolerance || b.minCoeff() < -tolerance) {
     throw core::InputError(
         fmt::format("surface point: barycentric coordinates ({}, {}, {}) are not a point of a face",
                     b[0], b[1], b[2]));
@@ -28,7 +28,7 @@ void check_point(const SurfacePoint& point) {
 
 void check_strike(const Strike& strike) {
   const double length = strike.direction.norm();
-  if (!(std::abs(length - 1) <= kTolerance)) {
+  if (!(std::abs(length - 1) <= tolerance)) {
     throw core::InputError(
         fmt::format("strike: the direction must be a unit vector, its length is {}", length));
   }

@@ -78,7 +78,7 @@ RingDown ring_down(const solvers::modes::Modes& modes, std::span<const double> d
                    const Strike& strike, const Readout& readout);
 
 /// -160 dB: below the step of any output.
-inline constexpr double kInaudible = 1e-8;
+inline constexpr double inaudible = 1e-8;
 
 /// Samples of each row from t = 0 on, `count` per row, rows one after the other. Exact at the
 /// sampling instants: during contact the forced response, then free decay, both in closed form;
@@ -86,7 +86,7 @@ inline constexpr double kInaudible = 1e-8;
 /// Nyquist are left out. With a duration of 0 the first sample is taken just after the impulse,
 /// and the impulse (Dirac) in accelerations is left out: it has no samples. Delays are exact
 /// fractions of a sample. Modes end early once all that ended modes could still have added is below
-/// kInaudible of the row's peak so far.
+/// inaudible of the row's peak so far.
 /// @throws InputError  sizes that do not match, values that are negative or not finite
 std::vector<float> synthesize(const RingDown& rings, const ContactForce& force, double sample_rate,
                               std::size_t count);

@@ -11,7 +11,7 @@ namespace carillon::synth::modal {
 namespace {
 
 /// Times nearer than this fraction of an output sample are one: a phase error below 1e-10 rad.
-constexpr double kSameTime = 1e-11;
+constexpr double same_time = 1e-11;
 
 }  // namespace
 
@@ -77,7 +77,7 @@ ForceSchedule cut_force(const ContactForce& force, double first, double sample_r
   ForceSchedule schedule;
   const std::size_t pieces = force.samples.size() - 1;
   const double step = force.duration / static_cast<double>(pieces);
-  const double same = kSameTime / sample_rate;
+  const double same = same_time / sample_rate;
   const auto knot = [&](std::size_t k) {
     return k == pieces ? force.duration : static_cast<double>(k) * step;
   };

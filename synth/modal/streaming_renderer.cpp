@@ -13,7 +13,7 @@ namespace carillon::synth::modal {
 namespace {
 
 /// A year of samples is exact in what follows [s].
-constexpr double kLongestDelay = 3e7;
+constexpr double longest_delay = 3e7;
 
 bool fits(const Eigen::MatrixXd& gains, std::size_t rows, std::size_t modes) {
   return gains.size() == 0 || (gains.rows() == static_cast<Eigen::Index>(rows) &&
@@ -64,7 +64,7 @@ std::size_t StreamingRenderer::add_body(std::span<const double> eigenvalues,
     if (!matrix->allFinite()) throw core::InputError("streaming renderer: a gain is not finite");
   }
   for (const double delay : readout.delays) {
-    if (delay >= 0 && delay < kLongestDelay) continue;
+    if (delay >= 0 && delay < longest_delay) continue;
     throw core::InputError(fmt::format(
         "streaming renderer: a row's delay must be at least 0 and below a year, not {} s", delay));
   }
@@ -89,15 +89,15 @@ void StreamingRenderer::strike(std::size_t body, const Eigen::VectorXd& excitati
         fmt::format("streaming renderer: excitation must be {} finite values, not {}", modes,
                     excitation.size()));
   }
-  if (!(delay >= 0 && delay < kLongestDelay)) {
+  if (!(delay >= 0 && delay < longest_delay)) {
     throw core::InputError(fmt::format(
         "streaming renderer: delay must be at least 0 and below a year, not {} s", delay));
   }
   check(force);
-  if (!(force.duration * sample_rate_ <= kLongestContact)) {
+  if (!(force.duration * sample_rate_ <= longest_contact)) {
     throw core::InputError(
         fmt::format("streaming renderer: a contact of {:.4g} s is longer than {:.4g} s",
-                    force.duration, kLongestContact / sample_rate_),
+                    force.duration, longest_contact / sample_rate_),
         "shorten the force, or use synthesize() for a single strike");
   }
   for (std::size_t r = 0; r < rows_; ++r) {
@@ -139,8 +139,8 @@ void StreamingRenderer::render(std::span<float> samples) {
                     samples.size(), rows_));
   }
   const std::size_t total = samples.size() / rows_;
-  for (std::size_t done = 0; done < total; done += kBlock) {
-    const std::size_t count = std::min(kBlock, total - done);
+  for (std::size_t done = 0; done < total; done += block_size) {
+    const std::size_t count = std::min(block_size, total - done);
     for (std::size_t r = 0; r < rows_; ++r) {
       sum_.samples.fill(0);
       for (Body& body : bodies_) render_row(body, body.rows[r], count);
@@ -160,7 +160,7 @@ void StreamingRenderer::render_row(const Body& body, Row& row, std::size_t count
       if (!strike.begun && strike.first <= now) {
         strike.begun = true;
         row.peak = 0;
-        row.next_check = strike.free + kBlock;
+        row.next_check = strike.free + block_size;
         add_values(body.resonances, strike.response.begin, row.voices);
       }
       if (strike.free <= now) {
@@ -181,13 +181,13 @@ void StreamingRenderer::render_row(const Body& body, Row& row, std::size_t count
 void StreamingRenderer::render_stretch(const Body& body, Row& row, std::uint64_t begin,
                                        std::size_t offset, std::size_t count) {
   if (begin >= row.next_check) {
-    row.next_check = begin + kBlock;
+    row.next_check = begin + block_size;
     const std::size_t parts = body.resonances.rotations.size();
-    drop_below(parts == 0 ? 0 : kInaudible * row.peak / static_cast<double>(parts), row.voices);
+    drop_below(parts == 0 ? 0 : inaudible * row.peak / static_cast<double>(parts), row.voices);
     drop_gone(body.resonances, row.near_critical);
   }
   // Vectors may read a little beyond what is asked for.
-  std::fill_n(block_.samples.begin(), std::min(kBlock, count + 2 * kMaxLanes), 0.0);
+  std::fill_n(block_.samples.begin(), std::min(block_size, count + 2 * max_lanes), 0.0);
   for (std::size_t i = 0; i < row.waiting; ++i) {
     Strike& strike = row.strikes[i];
     if (!strike.begun) continue;

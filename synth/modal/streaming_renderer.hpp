@@ -13,7 +13,7 @@
 namespace carillon::synth::modal {
 
 /// Longest contact of a streamed strike in samples: 227 s at 44.1 kHz, 80 MB for each row.
-inline constexpr double kLongestContact = 1e7;
+inline constexpr double longest_contact = 1e7;
 
 /// Many bodies that are struck at any time, heard together in blocks of samples of any size.
 ///
@@ -45,7 +45,7 @@ class StreamingRenderer {
   /// its own time of flight.
   /// @param excitation  phi . impulse of the body's modes [N s kg^-1/2]
   /// @throws InputError  no such body, sizes, values that are not finite, a negative delay or one
-  ///                     of a year, a contact longer than kLongestContact
+  ///                     of a year, a contact longer than longest_contact
   void strike(std::size_t body, const Eigen::VectorXd& excitation, const ContactForce& force,
               double delay = 0);
 

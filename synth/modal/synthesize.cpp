@@ -64,8 +64,8 @@ double render_contact(const Resonances& resonances, const RowResponse& response,
   }
   double peak = 0;
   SampleBlock block{};
-  for (std::size_t begin = 0; begin < samples.size(); begin += kBlock) {
-    const std::size_t count = std::min(kBlock, samples.size() - begin);
+  for (std::size_t begin = 0; begin < samples.size(); begin += block_size) {
+    const std::size_t count = std::min(block_size, samples.size() - begin);
     for (std::size_t i = 0; i < count; ++i) {
       block.samples[i] = response.direct[begin + i] + response.forced.constant;
     }
@@ -105,10 +105,10 @@ void synthesize_row(const Resonances& resonances, const RingDown& rings, Eigen::
   std::vector<NearCritical> near_critical;
   add_motions(resonances, response.near_critical, near_critical);
   drop_below(0, voices);
-  const double fraction = voices.empty() ? 0 : kInaudible / static_cast<double>(voices.size());
+  const double fraction = voices.empty() ? 0 : inaudible / static_cast<double>(voices.size());
   SampleBlock block;
-  for (std::size_t begin = free; begin < samples.size(); begin += kBlock) {
-    const std::size_t count = std::min(kBlock, samples.size() - begin);
+  for (std::size_t begin = free; begin < samples.size(); begin += block_size) {
+    const std::size_t count = std::min(block_size, samples.size() - begin);
     drop_below(fraction * peak, voices);
     block.samples.fill(0);
     ring_on(resonances, near_critical, std::span(block.samples).first(count));

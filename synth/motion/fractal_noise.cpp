@@ -12,10 +12,10 @@ namespace carillon::synth::motion {
 
 namespace {
 
-constexpr int kMaxOctaves = 24;
+constexpr int max_octaves = 24;
 /// Mean variance of one octave: 8 corners x 2/3 (of a random gradient) x 3 A B^2, with A and B the
 /// integrals of (1 - fade)^2 t^2 and (1 - fade)^2 over a cell.
-constexpr double kVariance = 0.072918945691195;
+constexpr double noise_variance = 0.072918945691195;
 
 /// SplitMix64's finaliser (Steele, Lea and Flood 2014): every bit of the input reaches all of the
 /// output.
@@ -46,10 +46,10 @@ Eigen::Array2d gradient_noise(std::uint64_t key, const Vec3& place) {
     rest[axis] = t;
     fade[axis] = t * t * t * (t * (6 * t - 15) + 10);
     const auto index = static_cast<std::uint64_t>(static_cast<std::int64_t>(whole));
-    constexpr std::uint64_t kOdd[3] = {0x9e3779b97f4a7c15ULL, 0xc2b2ae3d27d4eb4fULL,
-                                       0x165667b19e3779f9ULL};
-    cell[axis][0] = index * kOdd[axis];
-    cell[axis][1] = (index + 1) * kOdd[axis];
+    constexpr std::uint64_t odd[3] = {0x9e3779b97f4a7c15ULL, 0xc2b2ae3d27d4eb4fULL,
+                                      0x165667b19e3779f9ULL};
+    cell[axis][0] = index * odd[axis];
+    cell[axis][1] = (index + 1) * odd[axis];
   }
   Eigen::Array2d planes[2];
   for (int k = 0; k < 2; ++k) {
@@ -86,10 +86,10 @@ FractalNoise::FractalNoise(std::uint64_t seed, double longest, double exponent)
 Eigen::Vector2d FractalNoise::at(const Vec3& place, double shortest) const {
   // Variances of octaves fall by this factor and sum to one.
   const double fall = std::exp2(1 - exponent_);
-  double variance = (1 - fall) / kVariance;
+  double variance = (1 - fall) / noise_variance;
   double wave = longest_;
   Eigen::Array2d sum = Eigen::Array2d::Zero();
-  for (int octave = 0; octave < kMaxOctaves; ++octave) {
+  for (int octave = 0; octave < max_octaves; ++octave) {
     // Present from twice the shortest wave on.
     const double fraction = std::min(1.0, wave / shortest - 1);
     if (fraction <= 0) break;

@@ -14,8 +14,8 @@ using render::maps::SurfaceMap;
 
 namespace {
 
-constexpr double kNothing = std::numeric_limits<double>::infinity();
-constexpr double kAlike = 1e-6;  ///< of a texel: depths that do not differ
+constexpr double nothing = std::numeric_limits<double>::infinity();
+constexpr double alike_limit = 1e-6;  ///< of a texel: depths that do not differ
 
 /// A triangle that looks down, as a height field.
 struct LowerTriangle {
@@ -34,7 +34,7 @@ struct LowerTriangle {
     };
     // Seen from above a face that looks down turns clockwise.
     for (std::size_t k = 0; k < 3; ++k) {
-      if (side(corners[k], corners[(k + 1) % 3]) > 0) return kNothing;
+      if (side(corners[k], corners[(k + 1) % 3]) > 0) return nothing;
     }
     return plane(uv);
   }
@@ -71,7 +71,7 @@ class HullSearch {
         triangles_(std::move(triangles)),
         blocks_(peaks.blocks(texels)),
         above_(blocks_.size()),
-        bounds_(blocks_.size(), kNothing),
+        bounds_(blocks_.size(), nothing),
         seen_(static_cast<std::size_t>(texels.to_u - texels.from_u) *
                   static_cast<std::size_t>(texels.to_v - texels.from_v),
               false) {
@@ -96,7 +96,7 @@ class HullSearch {
     for (std::size_t b = 0; b < blocks_.size(); ++b) {
       if (!candidates[b] || !(candidates[b]->distance < 0)) continue;
       // Somewhere in it may be the deepest of all; what lies flat is as deep everywhere.
-      if (bounds_[b] < least - kAlike * relief_.texel) {
+      if (bounds_[b] < least - alike_limit * relief_.texel) {
         candidates[b] = deepest(b);
         least = std::min(least, candidates[b]->distance);
       }
@@ -143,7 +143,7 @@ class HullSearch {
   }
 
   Dip at(std::size_t block, int u, int v) const {
-    Dip dip{block, u, v, kNothing, kNothing};
+    Dip dip{block, u, v, nothing, nothing};
     if (!texels_.have(u, v)) return dip;
     const Vector2d uv = centre_of(relief_, u, v);
     for (const std::size_t t : above_[block]) {
@@ -155,7 +155,7 @@ class HullSearch {
 
   Dip deepest(std::size_t b) const {
     const Texels& own = blocks_[b].texels;
-    Dip best{b, own.from_u, own.from_v, kNothing, kNothing};
+    Dip best{b, own.from_u, own.from_v, nothing, nothing};
     for (int v = own.from_v; v < own.to_v; ++v) {
       for (int u = own.from_u; u < own.to_u; ++u) {
         const Dip dip = at(b, u, v);

@@ -16,13 +16,13 @@ namespace carillon::synth::motion {
 
 namespace {
 
-constexpr double kFade = 5e-3;   ///< of a contact's begin and end [s]
-constexpr double kSlow = 1e-3;   ///< what moves faster has its whole roughness and friction [m/s]
-constexpr double kStill = 1e-4;  ///< what creeps slower than this is at rest [m/s]
+constexpr double fade_time = 5e-3;  ///< of a contact's begin and end [s]
+constexpr double slow = 1e-3;     ///< what moves faster has its whole roughness and friction [m/s]
+constexpr double at_rest = 1e-4;  ///< what creeps slower than this is at rest [m/s]
 /// A map is averaged over so much of the way between two samples: waves of half the sample rate are
 /// 42 dB weaker for it, those of an eighth 2 dB.
-constexpr double kApart = 1.5;
-constexpr double kTexelSteps = 8;  ///< looks at the way per texel
+constexpr double apart = 1.5;
+constexpr double texel_steps = 8;  ///< looks at the way per texel
 
 /// A value of each step, between steps in straight lines; the last goes on.
 template <class Value>
@@ -36,7 +36,7 @@ Value between(const std::vector<Value>& values, double place) {
 
 /// 0 at rest, 1 in motion.
 double moving_fraction(double speed) {
-  return std::clamp((speed - kStill) / (kSlow - kStill), 0.0, 1.0);
+  return std::clamp((speed - at_rest) / (slow - at_rest), 0.0, 1.0);
 }
 
 double contact_modulus(const MovingBody& a, const MovingBody& b) {
@@ -59,7 +59,7 @@ double edge_between(const Eigen::Vector2d& from, const Eigen::Vector2d& to, doub
 }
 
 double fade(double time, double length) {
-  const double ramp = std::min(kFade, length / 4);
+  const double ramp = std::min(fade_time, length / 4);
   const double near = std::min(time, length - time);
   if (near >= ramp) return 1;
   return near <= 0 ? 0 : (1 - std::cos(std::numbers::pi * near / ramp)) / 2;
@@ -213,7 +213,7 @@ LastingForces::Felt LastingForces::feel(const LastingContact& contact, std::size
     const double radius = radius_of(contact.bodies[1 - side]);
     const double patch = modulus > 0 ? 2 * std::cbrt(0.75 * force * radius / modulus) : 0;
     const render::maps::SurfaceDetail detail =
-        own.face->detail(*uv, std::max(kApart * way_between, patch));
+        own.face->detail(*uv, std::max(apart * way_between, patch));
     const Vec3 &u = own.face->face().u, &v = own.face->face().v;
     const Eigen::Vector2d way(at.velocity.dot(u), at.velocity.dot(v));
     const Eigen::Vector2d gain(at.acceleration.dot(u), at.acceleration.dot(v));
@@ -245,7 +245,7 @@ void LastingForces::add_profile(std::size_t number, LastingForce& result) {
   }
   std::vector<bool> still;
   for (std::size_t k = 0; k < contact.steps.size(); ++k) {
-    still.push_back(std::max(sides[0].path.fastest(k), sides[1].path.fastest(k)) <= kStill);
+    still.push_back(std::max(sides[0].path.fastest(k), sides[1].path.fastest(k)) <= at_rest);
   }
   for (Eigen::Index n = 0; n < result.force.cols(); ++n) {
     const double time = static_cast<double>(result.first_sample + static_cast<std::size_t>(n)) /
@@ -299,7 +299,7 @@ void LastingForces::add_texel_impulses(std::size_t number, LastingForce& result)
     for (std::size_t k = 0; k < contact.steps.size(); ++k) {
       const double from = static_cast<double>(k) * motion_.step;
       const double way = own.path.at(from).velocity.norm() * motion_.step;
-      const auto looks = std::max(1.0, std::ceil(kTexelSteps * way / face.map->texel));
+      const auto looks = std::max(1.0, std::ceil(texel_steps * way / face.map->texel));
       for (double look = 0; look < looks; ++look) {
         const double time = from + (look + 0.5) / looks * motion_.step;
         const ContactPath::Place at = own.path.at(time);

@@ -15,7 +15,7 @@ namespace carillon::synth::motion {
 namespace {
 
 /// A click is over so many times the sphere's radius over the speed of sound after the force.
-constexpr double kClickEnd = 30;
+constexpr double click_end = 30;
 
 /// Clicks of both bodies of every impact, straight into the listeners' rows.
 void add_clicks(const Motion& motion, std::span<const SoundingBody> bodies,
@@ -33,8 +33,9 @@ void add_clicks(const Motion& motion, std::span<const SoundingBody> bodies,
       const double first = std::floor(impact.time * options.sample_rate);
       for (std::size_t row = 0; row < listeners.size(); ++row) {
         const Vec3 place = pose.to_body(listeners[row].position);
-        const double lasts = (place - source.centre).norm() / modal::kSoundSpeed + impact.duration +
-                             kClickEnd * source.radii.maxCoeff() / modal::kSoundSpeed;
+        const double lasts = (place - source.centre).norm() / modal::speed_of_sound +
+                             impact.duration +
+                             click_end * source.radii.maxCoeff() / modal::speed_of_sound;
         const double end = std::min(static_cast<double>(heard.rows()),
                                     first + std::ceil(lasts * options.sample_rate) + 2);
         if (!(first < end)) continue;

@@ -9,8 +9,8 @@ namespace carillon::synth::motion {
 
 namespace {
 
-constexpr double kBeside = 2e-3;  ///< of a face a contact still is on it [m]
-constexpr int kMaxLevels = 8;
+constexpr double beside = 2e-3;  ///< of a face a contact still is on it [m]
+constexpr int max_levels = 8;
 
 /// Mean of each texel with those `stride` to both sides, (1 2 1) / 4, twice along both axes: k such
 /// steps with strides 1, 2, ... make two triangles of 2^k texels, one after the other.
@@ -72,7 +72,7 @@ std::shared_ptr<const TracedMap> TracedMaps::of(const SharedMap& map, double rad
   const std::shared_ptr<TracedMap> traced = made(map, radius);
   std::vector<SharedMap>& levels = traced->levels;
   const int most = std::max(levels.front()->width, levels.front()->height);
-  for (auto k = static_cast<int>(levels.size()); k <= kMaxLevels && (1 << k) <= most; ++k) {
+  for (auto k = static_cast<int>(levels.size()); k <= max_levels && (1 << k) <= most; ++k) {
     levels.push_back(
         std::make_shared<const render::maps::SurfaceMap>(blurred(*levels.back(), 1 << (k - 1))));
   }
@@ -83,7 +83,7 @@ std::shared_ptr<const TracedMap> TracedMaps::of(const SharedMap& map, double rad
 void TracedMaps::drop_oldest() {
   std::size_t texels = 0;
   for (const Made& one : made_) texels += one.texels();
-  while (texels > kMaxTracedTexels && made_.size() > 1) {
+  while (texels > max_traced_texels && made_.size() > 1) {
     texels -= made_.front().texels();
     made_.pop_front();
   }
@@ -106,7 +106,7 @@ std::optional<Eigen::Vector2d> TracedFace::place(const Vec3& point) const {
   const Eigen::Vector2d uv(from.dot(face_.u), from.dot(face_.v));
   const double above = from.dot(face_.normal());
   const bool inside = uv.minCoeff() >= 0 && (face_.size - uv).minCoeff() >= 0;
-  if (!inside || !(above <= kBeside && above >= -traced_->deepest - kBeside)) return {};
+  if (!inside || !(above <= beside && above >= -traced_->deepest - beside)) return {};
   return uv;
 }
 

@@ -19,10 +19,10 @@ struct TracedMap {
 };
 
 /// Texels that TracedMaps keeps at the most, of all maps and levels.
-inline constexpr std::size_t kMaxTracedTexels = std::size_t{1} << 26;
+inline constexpr std::size_t max_traced_texels = std::size_t{1} << 26;
 
 /// Maps as tips trace them, made once for each map and radius: from motion to motion the same
-/// bodies touch the same maps. Beyond kMaxTracedTexels the oldest are dropped.
+/// bodies touch the same maps. Beyond max_traced_texels the oldest are dropped.
 class TracedMaps {
  public:
   /// The map alone, without blur.

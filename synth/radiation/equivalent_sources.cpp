@@ -15,10 +15,10 @@ namespace {
 
 using Complex = std::complex<double>;
 
-constexpr double kPatchesPerLayer = 2;
-constexpr double kTrianglesPerPatch = 10;
+constexpr double patches_per_layer = 2;
+constexpr double triangles_per_patch = 10;
 /// Modes whose phase over the body differs by less share one factorisation [rad].
-constexpr double kSamePhase = 1e-3;
+constexpr double same_phase = 1e-3;
 
 /// Volume velocities of every mode through every patch [m^2], and the part of the normal velocity's
 /// squared norm that neither a constant nor a slope over the patch can make.
@@ -81,9 +81,9 @@ EquivalentSources fit_equivalent_sources(const solvers::modes::Modes& modes,
   const std::size_t layer_number =
       layer_count(surface::outer_triangles(modes.surface, 1), highest, options);
   const auto patch_number =
-      static_cast<std::size_t>(kPatchesPerLayer * static_cast<double>(layer_number));
+      static_cast<std::size_t>(patches_per_layer * static_cast<double>(layer_number));
   const surface::OuterTriangles surface = surface::outer_triangles(
-      modes.surface, static_cast<std::size_t>(kTrianglesPerPatch) * patch_number);
+      modes.surface, static_cast<std::size_t>(triangles_per_patch) * patch_number);
   SourceLayers layers = source_layers(surface, patch_number, layer_number);
   const PatchMotion motion = patch_motion(modes, surface, layers.patches);
 
@@ -109,14 +109,14 @@ EquivalentSources fit_equivalent_sources(const solvers::modes::Modes& modes,
   const Eigen::SparseMatrix<Complex> complex_tests = tests.cast<Complex>();
   for (std::size_t first = 0; first < modes.size();) {
     std::size_t last = first + 1;
-    while (last < modes.size() && std::abs(k_of[last] - k_of[first]) * layers.size < kSamePhase) {
+    while (last < modes.size() && std::abs(k_of[last] - k_of[first]) * layers.size < same_phase) {
       ++last;
     }
     const double k = (k_of[first] + k_of[last - 1]) / 2;
     const Eigen::MatrixXcd fluxes = layer_fluxes(layers, k);
     // Motion of unit modal acceleration: the gradient of pressure is -rho times the acceleration.
     const Eigen::MatrixXd wanted =
-        -modal::kAirDensity * motion.flux.middleCols(static_cast<Eigen::Index>(first),
+        -modal::air_density * motion.flux.middleCols(static_cast<Eigen::Index>(first),
                                                      static_cast<Eigen::Index>(last - first));
     const Eigen::MatrixXcd system = complex_tests * fluxes;
     const Eigen::MatrixXcd tested = (tests * wanted).cast<Complex>();
@@ -128,7 +128,7 @@ EquivalentSources fit_equivalent_sources(const solvers::modes::Modes& modes,
       const auto m = static_cast<Eigen::Index>(mode);
       const double norm = motion.norm[m];
       const double rest = left.col(column).cwiseAbs2().cwiseQuotient(areas).sum() /
-                          (modal::kAirDensity * modal::kAirDensity);
+                          (modal::air_density * modal::air_density);
       fit.wavenumbers[mode] = k;
       // Of unit acceleration the energy is 1 / (2 lambda), and power is 2 d times it.
       fit.decay_rates[mode] = power[column] * modes.eigenvalues[mode];

@@ -43,7 +43,7 @@ struct EquivalentSources {
 };
 
 /// Modes whose residual is larger are not to be trusted: the field may be off by more than 1 dB.
-inline constexpr double kResidualLimit = 0.3;
+inline constexpr double residual_limit = 0.3;
 
 /// Radiation of every mode into free air by equivalent sources inside the body's outer surface
 /// (wave superposition: Koopmann, Song and Fahnline 1989; volume velocities as boundary condition:

@@ -14,15 +14,15 @@ namespace carillon::synth::radiation {
 namespace {
 
 /// Changes with the method: older files are then never found.
-constexpr const char* kMethod = "equivalent sources 4";
+constexpr const char* method = "equivalent sources 4";
 
 std::string key_of(const solvers::modes::Modes& modes, const EquivalentSourcesOptions& options) {
   const std::vector<double> numbers = {options.per_wavelength,
                                        static_cast<double>(options.least),
                                        static_cast<double>(options.most),
                                        static_cast<double>(modes.surface.order),
-                                       modal::kAirDensity,
-                                       modal::kSoundSpeed};
+                                       modal::air_density,
+                                       modal::speed_of_sound};
   std::vector<double> places;
   for (const Vec3& node : modes.surface.nodes)
     places.insert(places.end(), node.begin(), node.end());
@@ -30,7 +30,7 @@ std::string key_of(const solvers::modes::Modes& modes, const EquivalentSourcesOp
   const std::vector<std::uint64_t> lengths = {modes.surface.nodes.size(),
                                               modes.surface.faces.size(), modes.size()};
   return core::Sha256()
-      .add(kMethod)
+      .add(method)
       .add(std::span<const std::uint64_t>(lengths))
       .add(std::span<const double>(numbers))
       .add(std::span<const double>(places))
@@ -97,7 +97,7 @@ EquivalentSources empty_fit(const Counts& counts) {
 
 /// The file: method, counts and lists, and the SHA-256 of it all.
 std::string text_of(const EquivalentSources& fit) {
-  std::string text = kMethod;
+  std::string text = method;
   const auto add = [&](const auto* values, std::size_t count) {
     text.append(reinterpret_cast<const char*>(values), count * sizeof *values);
   };
@@ -109,10 +109,10 @@ std::string text_of(const EquivalentSources& fit) {
 
 /// @throws FileError  not what text_of() made of a fit of so many modes
 EquivalentSources fit_of(const std::string& text, std::size_t modes) {
-  constexpr std::size_t kHash = 64;
-  const std::size_t name = std::strlen(kMethod);
-  if (text.size() < name + sizeof(Counts) + kHash) throw core::FileError("cut short");
-  const std::size_t end = text.size() - kHash;
+  constexpr std::size_t hash = 64;
+  const std::size_t name = std::strlen(method);
+  if (text.size() < name + sizeof(Counts) + hash) throw core::FileError("cut short");
+  const std::size_t end = text.size() - hash;
   // With the right hash it is what was written, and its counts can be believed.
   if (core::sha256(text.substr(0, end)) != text.substr(end)) {
     throw core::FileError("cut short or changed");

@@ -42,7 +42,7 @@ std::vector<double> wavenumbers(const solvers::modes::Modes& modes) {
       throw core::InputError(
           fmt::format("an eigenvalue must be finite and not negative, not {}", eigenvalue));
     }
-    numbers.push_back(std::sqrt(eigenvalue) / modal::kSoundSpeed);
+    numbers.push_back(std::sqrt(eigenvalue) / modal::speed_of_sound);
   }
   return numbers;
 }

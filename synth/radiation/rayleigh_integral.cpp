@@ -19,11 +19,11 @@ namespace carillon::synth::radiation {
 
 namespace {
 
-constexpr double kPointsPerWavelength = 8;
-constexpr double kMinTriangles = 4000;
-constexpr double kMaxTriangles = 40000;
+constexpr double points_per_wavelength = 8;
+constexpr double min_triangles = 4000;
+constexpr double max_triangles = 40000;
 /// A triangle belongs to a face when its normal is this near to the sheet's.
-constexpr double kFaceCosine = 0.9;
+constexpr double face_cosine = 0.9;
 
 struct Extent {
   double low = std::numeric_limits<double>::infinity();
@@ -70,7 +70,7 @@ Sheet flat_sheet(const solvers::modes::ModeSurface& body, std::size_t triangles)
   double on_faces = 0;
   for (std::size_t t = 0; t < surface.size(); ++t) {
     const double cosine = surface.area_vectors[t].dot(sheet.normal);
-    if (std::abs(cosine) < kFaceCosine * surface.areas[t] || !(surface.areas[t] > 0)) continue;
+    if (std::abs(cosine) < face_cosine * surface.areas[t] || !(surface.areas[t] > 0)) continue;
     sheet.side[t] = cosine > 0 ? 1 : -1;
     on_faces += surface.areas[t];
     for (const int corner : surface.mesh.triangles[t]) {
@@ -79,14 +79,14 @@ Sheet flat_sheet(const solvers::modes::ModeSurface& body, std::size_t triangles)
     }
   }
   const double unevenness = std::max(heights[0].size(), heights[1].size());
-  if (!(extents[0].size() <= kSheetThickness * width) || !(unevenness <= kSheetFlatness * width) ||
+  if (!(extents[0].size() <= sheet_thickness * width) || !(unevenness <= sheet_flatness * width) ||
       on_faces < 0.8 * surface.area) {
     throw core::InputError(
-        fmt::format("the object is not a flat sheet: {:.3g} m thick with any bulge and {:.3g} m wide "
-                    "(a sheet is at most {:.0f} % as thick as it is wide), faces flat to {:.3g} m "
-                    "(at most {:.1f} % of the width)",
-                    extents[0].size(), width, 100 * kSheetThickness, unevenness,
-                    100 * kSheetFlatness),
+        fmt::format(
+            "the object is not a flat sheet: {:.3g} m thick with any bulge and {:.3g} m wide "
+            "(a sheet is at most {:.0f} % as thick as it is wide), faces flat to {:.3g} m "
+            "(at most {:.1f} % of the width)",
+            extents[0].size(), width, 100 * sheet_thickness, unevenness, 100 * sheet_flatness),
         "radiation: {model: equivalent_sources} takes objects of any shape");
   }
   sheet.low = heights[0].low;
@@ -124,9 +124,9 @@ ModalPressure rayleigh_pressure(const solvers::modes::Modes& modes,
                                 std::span<const modal::Listener> listeners) {
   const std::vector<double> k = wavenumbers(modes);
   const double highest = k.empty() ? 0 : *std::max_element(k.begin(), k.end());
-  const double per_metre = kPointsPerWavelength * highest / (2 * std::numbers::pi);
+  const double per_metre = points_per_wavelength * highest / (2 * std::numbers::pi);
   const double area = surface::outer_triangles(modes.surface, 1).area;
-  const double wanted = std::clamp(2 * area * per_metre * per_metre, kMinTriangles, kMaxTriangles);
+  const double wanted = std::clamp(2 * area * per_metre * per_metre, min_triangles, max_triangles);
   const Sheet sheet = flat_sheet(modes.surface, static_cast<std::size_t>(wanted));
   const Eigen::MatrixXd volume_velocity = modes.shapes.cast<double>() * sheet.surface.flux_weights;
   const Vec3 centroid = surface::outer_hull(modes.surface).centroid;
@@ -138,7 +138,7 @@ ModalPressure rayleigh_pressure(const solvers::modes::Modes& modes,
     const Vec3& position = listeners[row].position;
     const int side = heard_side(sheet, position, row);
     const double flight = (position - centroid).norm();
-    result.delays.push_back(flight / modal::kSoundSpeed);
+    result.delays.push_back(flight / modal::speed_of_sound);
     for (std::size_t t = 0; t < sheet.surface.size(); ++t) {
       if (sheet.side[t] != side) continue;
       const double r = (position - sheet.surface.centres[t]).norm();
@@ -146,7 +146,7 @@ ModalPressure rayleigh_pressure(const solvers::modes::Modes& modes,
         const auto m = static_cast<Eigen::Index>(mode);
         result.pressure(static_cast<Eigen::Index>(row), m) +=
             volume_velocity(m, static_cast<Eigen::Index>(t)) *
-            std::polar(modal::kAirDensity / (2 * std::numbers::pi * r), -k[mode] * (r - flight));
+            std::polar(modal::air_density / (2 * std::numbers::pi * r), -k[mode] * (r - flight));
       }
     }
   }

@@ -8,9 +8,9 @@ namespace carillon::synth::radiation {
 
 /// A body is a flat sheet when it is at most this fraction as thick as it is wide (its smaller
 /// lateral extent; thickness with any bulge), ...
-inline constexpr double kSheetThickness = 0.05;
+inline constexpr double sheet_thickness = 0.05;
 /// ... and each of its two faces lies within this fraction of its width of a plane.
-inline constexpr double kSheetFlatness = 0.005;
+inline constexpr double sheet_flatness = 0.005;
 
 /// Pressure at listeners from a flat sheet in a rigid baffle of the same plane (Rayleigh's
 /// integral; Pierce, Acoustics, eq. 5.2.6): p = i omega rho / (2 pi) times the integral of v_n

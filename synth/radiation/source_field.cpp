@@ -51,9 +51,9 @@ HWY_EXPORT(add_waves);
 namespace {
 
 /// Most numbers in one vector: arrays have room for a whole one at their end.
-constexpr Eigen::Index kRoom = 8;
+constexpr Eigen::Index room = 8;
 /// Phases up to which Highway's sine and cosine are good [rad].
-constexpr double kLargestPhase = 39000;
+constexpr double largest_phase = 39000;
 
 }  // namespace
 
@@ -86,14 +86,14 @@ ModalPressure SourceField::pressure_at(std::span<const modal::Listener> listener
   ModalPressure result;
   result.pressure.resize(static_cast<Eigen::Index>(listeners.size()),
                          static_cast<Eigen::Index>(sources_.modes()));
-  Eigen::ArrayXd distances = Eigen::ArrayXd::Ones(count + kRoom);
-  Eigen::ArrayXd steady = Eigen::ArrayXd::Zero(count + kRoom);
+  Eigen::ArrayXd distances = Eigen::ArrayXd::Ones(count + room);
+  Eigen::ArrayXd steady = Eigen::ArrayXd::Zero(count + room);
   Eigen::ArrayXd moving = steady;
-  Eigen::VectorXd real(count + kRoom), imag(count + kRoom);
+  Eigen::VectorXd real(count + room), imag(count + room);
   for (std::size_t row = 0; row < listeners.size(); ++row) {
     const Vec3& position = listeners[row].position;
     check(row, position);
-    const double flight = (position - sources_.centroid).norm() / modal::kSoundSpeed;
+    const double flight = (position - sources_.centroid).norm() / modal::speed_of_sound;
     result.delays.push_back(flight);
     for (Eigen::Index point = 0; point < count; ++point) {
       const auto j = static_cast<std::size_t>(point);
@@ -113,7 +113,7 @@ ModalPressure SourceField::pressure_at(std::span<const modal::Listener> listener
     for (std::size_t mode = 0; mode < sources_.modes(); ++mode) {
       if (sources_.wavenumbers[mode] != k) {
         k = sources_.wavenumbers[mode];
-        if (k * distances.head(count).maxCoeff() > kLargestPhase) {
+        if (k * distances.head(count).maxCoeff() > largest_phase) {
           throw core::InputError(
               fmt::format("an object of {:.4g} m is too large for waves of {:.3g} m",
                           distances.head(count).maxCoeff(), 2 * std::numbers::pi / k));
@@ -127,7 +127,7 @@ ModalPressure SourceField::pressure_at(std::span<const modal::Listener> listener
       const std::complex<double> sum(re.dot(real_.col(m)) - im.dot(imag_.col(m)),
                                      re.dot(imag_.col(m)) + im.dot(real_.col(m)));
       result.pressure(static_cast<Eigen::Index>(row), m) =
-          std::polar(1.0, k * (modal::kSoundSpeed * flight - shared)) * sum;
+          std::polar(1.0, k * (modal::speed_of_sound * flight - shared)) * sum;
     }
   }
   return result;

@@ -36,7 +36,7 @@ void straighten(std::vector<double>& samples) {
 }
 
 /// Samples that come before the first one that is kept, so that short filters have settled.
-constexpr std::size_t kSettle = 32;
+constexpr std::size_t settling_samples = 32;
 
 std::vector<double> white(std::size_t count, core::RandomStream& random) {
   std::vector<double> samples(count);
@@ -91,7 +91,7 @@ Eigen::ArrayXd stationary_state(const PoleSum& filter, core::RandomStream& rando
 std::vector<double> pink(std::size_t count, double sample_rate, core::RandomStream& random) {
   const PoleSum filter = half_integrator(2 * pi * 2 / sample_rate);
   Eigen::ArrayXd state = stationary_state(filter, random);
-  std::vector<double> samples = white(count + kSettle, random);
+  std::vector<double> samples = white(count + settling_samples, random);
   for (double& sample : samples) {
     state = filter.poles * state + filter.gains * sample;
     sample = state.sum() + filter.direct * sample;
@@ -102,7 +102,7 @@ std::vector<double> pink(std::size_t count, double sample_rate, core::RandomStre
 
 std::vector<double> brown(std::size_t count, double sample_rate, core::RandomStream& random) {
   const double pole = std::exp(-2 * pi * 5 / sample_rate);
-  std::vector<double> samples = white(count + kSettle, random);
+  std::vector<double> samples = white(count + settling_samples, random);
   double state = samples.front() / std::sqrt(1 - pole * pole);
   for (double& sample : samples) {
     state = pole * state + sample;

@@ -19,10 +19,10 @@ namespace carillon::synth::recording {
 
 namespace {
 
-constexpr double kFade = 0.02;           // [s]
-constexpr double kShortestRun = 0.001;   // [s]
-constexpr double kMinSound = 0.1;        // [s] of audio that a part must have
-constexpr std::size_t kNamedFiles = 20;  // in an error
+constexpr double fade_time = 0.02;       // [s]
+constexpr double shortest_run = 0.001;   // [s]
+constexpr double min_sound = 0.1;        // [s] of audio that a part must have
+constexpr std::size_t named_files = 20;  // in an error
 
 /// A run of a recording that belongs to one part.
 struct Piece {
@@ -53,7 +53,7 @@ std::uint64_t number_of(const std::string& hash) {
 void add_piece(Division& division, std::size_t part, std::size_t recording, Run run,
                double sample_rate) {
   const double seconds = static_cast<double>(run.size()) / sample_rate;
-  if (seconds < kShortestRun) return;
+  if (seconds < shortest_run) return;
   auto& runs = division.of_recording[recording];
   division.parts[part].push_back({recording, run, seconds, runs.size()});
   division.seconds[part] += seconds;
@@ -62,7 +62,7 @@ void add_piece(Division& division, std::size_t part, std::size_t recording, Run 
 
 bool all_have_sound(const Division& division) {
   return std::all_of(division.seconds.begin(), division.seconds.end(),
-                     [](double seconds) { return seconds >= kMinSound; });
+                     [](double seconds) { return seconds >= min_sound; });
 }
 
 }  // namespace
@@ -93,11 +93,11 @@ void check_noise_folder(const std::filesystem::path& folder, std::size_t parts) 
                                        folder.string(), files.size(), unreadable),
                            remedy);
   }
-  if (seconds < kMinSound * static_cast<double>(parts)) {
+  if (seconds < min_sound * static_cast<double>(parts)) {
     throw core::InputError(
         fmt::format("{}: {:.3g} s in {} recordings are less than {} s for each of {} parts that "
                     "share no noise",
-                    folder.string(), seconds, readable, kMinSound, parts),
+                    folder.string(), seconds, readable, min_sound, parts),
         "add recordings, or longer ones");
   }
 }
@@ -201,7 +201,7 @@ struct NoiseFolder::Impl {
       throw core::InputError(
           fmt::format("{}: {} recordings leave {:.3g} s for one of {} parts that share no noise; "
                       "{} s is the least",
-                      folder.string(), recordings.size(), least, parts, kMinSound),
+                      folder.string(), recordings.size(), least, parts, min_sound),
           "add recordings, or longer ones");
     }
     return divisions.emplace(parts, std::move(division)).first->second;
@@ -268,7 +268,7 @@ NoiseFolder::NoiseFolder(const std::filesystem::path& folder, const RecordingOpt
   for (const auto& name : files_in_folder(folder)) impl_->add(name, contents);
   if (impl_->recordings.empty()) {
     const auto& all = impl_->left_out;
-    const std::size_t named = std::min(all.size(), kNamedFiles);
+    const std::size_t named = std::min(all.size(), named_files);
     std::string list;
     for (std::size_t i = 0; i < named; ++i) list += "\n  " + all[i];
     if (named < all.size()) list += fmt::format("\n  and {} more", all.size() - named);
@@ -308,10 +308,9 @@ NoiseDraw NoiseFolder::draw(std::size_t count, std::size_t part, std::size_t par
     if (sound.empty()) continue;
 
     const bool first = draw.samples.empty();
-    const std::size_t fade =
-        first
-            ? 0
-            : std::min({static_cast<std::size_t>(kFade * rate), sound.size() / 4, last_length / 2});
+    const std::size_t fade = first ? 0
+                                   : std::min({static_cast<std::size_t>(fade_time * rate),
+                                               sound.size() / 4, last_length / 2});
     const std::size_t wanted = count - draw.samples.size() + fade;
     // A short one never comes twice in the same length, which would be heard as a pitch.
     const std::size_t least = sound.size() - sound.size() / 2;

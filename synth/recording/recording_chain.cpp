@@ -13,17 +13,17 @@ namespace carillon::synth::recording {
 
 namespace {
 
-constexpr int kTaps = 128;
-constexpr double kBeta = 10;
+constexpr int tap_count = 128;
+constexpr double beta = 10;
 
-/// Taps h such that sum_j h[j] x[n + kTaps/2 - 1 - j] is x at n - fraction.
+/// Taps h such that sum_j h[j] x[n + tap_count/2 - 1 - j] is x at n - fraction.
 std::vector<double> fractional_taps(double fraction) {
-  std::vector<double> taps(kTaps);
+  std::vector<double> taps(tap_count);
   double sum = 0;
-  for (int j = 0; j < kTaps; ++j) {
-    const double t = j - (kTaps / 2 - 1) - fraction;
-    const double edge = t / (kTaps / 2);
-    const double window = std::cyl_bessel_i(0, kBeta * std::sqrt(std::max(0.0, 1 - edge * edge)));
+  for (int j = 0; j < tap_count; ++j) {
+    const double t = j - (tap_count / 2 - 1) - fraction;
+    const double edge = t / (tap_count / 2);
+    const double window = std::cyl_bessel_i(0, beta * std::sqrt(std::max(0.0, 1 - edge * edge)));
     const double sinc = t == 0 ? 1 : std::sin(std::numbers::pi * t) / (std::numbers::pi * t);
     taps[static_cast<std::size_t>(j)] = window * sinc;
     sum += window * sinc;
@@ -57,8 +57,8 @@ void shift_later(std::span<float> clip, double delay) {
     const auto size = static_cast<std::ptrdiff_t>(count);
     for (std::ptrdiff_t n = 0; n < size; ++n) {
       double value = 0;
-      for (std::ptrdiff_t j = 0; j < kTaps; ++j) {
-        const std::ptrdiff_t at = n + kTaps / 2 - 1 - j;
+      for (std::ptrdiff_t j = 0; j < tap_count; ++j) {
+        const std::ptrdiff_t at = n + tap_count / 2 - 1 - j;
         if (at >= 0 && at < size)
           value += taps[static_cast<std::size_t>(j)] * before[static_cast<std::size_t>(at)];
       }

@@ -27,9 +27,8 @@ std::size_t clip_at(std::span<float> clip, double level);
 /// -1 to 1 - 2^(1-bits). Equal distances go to the even step.
 ///
 /// @param dither  adds noise of triangular distribution over two steps before rounding (TPDF;
-/// Lipshitz, Wannamaker and
-///                Vanderkooy 1992: mean and variance of the error do not depend on the signal);
-///                null: none
+///                Lipshitz, Wannamaker and Vanderkooy 1992: mean and variance of the error do not
+///                depend on the signal); null: none
 /// @return how many samples were beyond full scale
 /// @throws InputError  bits not from 2 to 24, or a sample is not finite
 std::size_t quantise(std::span<float> clip, int bits, core::RandomStream* dither);

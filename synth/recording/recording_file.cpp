@@ -13,12 +13,12 @@ namespace carillon::synth::recording {
 
 namespace {
 
-constexpr double kSilence = 1e-5;    // -100 dB of full scale: a tenth of 16 bits' smallest step
-constexpr double kSilentGap = 0.1;   // [s]
-constexpr double kStep = 0.01;       // [s]
-constexpr double kShortest = 0.001;  // [s]
-constexpr double kLowestRate = 1e3;
-constexpr double kHighestRate = 1e6;
+constexpr double silence = 1e-5;      // -100 dB of full scale: a tenth of 16 bits' smallest step
+constexpr double silent_gap = 0.1;    // [s]
+constexpr double step_length = 0.01;  // [s]
+constexpr double shortest = 0.001;    // [s]
+constexpr double lowest_rate = 1e3;
+constexpr double highest_rate = 1e6;
 
 }  // namespace
 
@@ -46,7 +46,7 @@ std::vector<std::filesystem::path> files_in_folder(const std::filesystem::path& 
 
 MonoRecording read_mono(const std::filesystem::path& path, int channel) {
   const core::AudioClip clip = core::read_audio(path);
-  if (!(clip.sample_rate >= kLowestRate && clip.sample_rate <= kHighestRate)) {
+  if (!(clip.sample_rate >= lowest_rate && clip.sample_rate <= highest_rate)) {
     throw core::InputError(
         fmt::format("a rate of {} Hz, not between 1 kHz and 1 MHz", clip.sample_rate));
   }
@@ -55,7 +55,7 @@ MonoRecording read_mono(const std::filesystem::path& path, int channel) {
   }
   const auto channels = static_cast<std::size_t>(clip.channels);
   const std::size_t frames = clip.samples.size() / channels;
-  if (static_cast<double>(frames) < kShortest * clip.sample_rate) {
+  if (static_cast<double>(frames) < shortest * clip.sample_rate) {
     throw core::InputError(fmt::format("{} samples, shorter than 1 ms", frames));
   }
   for (std::size_t i = 0; i < clip.samples.size(); ++i) {
@@ -77,13 +77,13 @@ MonoRecording read_mono(const std::filesystem::path& path, int channel) {
 }
 
 std::vector<Run> audible_runs(std::span<const float> samples, double sample_rate) {
-  const auto step = std::max<std::size_t>(1, static_cast<std::size_t>(kStep * sample_rate));
-  const auto gap = static_cast<std::size_t>(std::ceil(kSilentGap * sample_rate));
+  const auto step = std::max<std::size_t>(1, static_cast<std::size_t>(step_length * sample_rate));
+  const auto gap = static_cast<std::size_t>(std::ceil(silent_gap * sample_rate));
   std::vector<Run> runs;
   for (std::size_t begin = 0; begin < samples.size(); begin += step) {
     const auto block = samples.subspan(begin, std::min(step, samples.size() - begin));
     const bool audible = std::any_of(block.begin(), block.end(),
-                                     [](float sample) { return std::abs(sample) > kSilence; });
+                                     [](float sample) { return std::abs(sample) > silence; });
     if (!audible) continue;
     if (runs.empty() || begin - runs.back().end >= gap) runs.push_back({begin, begin});
     runs.back().end = begin + block.size();

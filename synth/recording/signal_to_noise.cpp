@@ -11,8 +11,8 @@ namespace carillon::synth::recording {
 
 namespace {
 
-constexpr double kSmoothing = 0.01;  // [s]
-constexpr double kRange = 1e-6;      // 60 dB in energy
+constexpr double smoothing = 0.01;  // [s]
+constexpr double range = 1e-6;      // 60 dB in energy
 
 std::size_t samples_per_row(std::size_t size, std::size_t rows) {
   if (rows == 0 || size % rows != 0) {
@@ -86,15 +86,15 @@ ActivePart active_part(std::span<const float> clip, std::size_t rows, double sam
   const double loudest = energy.empty() ? 0 : *std::max_element(energy.begin(), energy.end());
   if (!(loudest > 0)) return {};
   ActivePart part;
-  while (energy[part.begin] < kRange * loudest) ++part.begin;
+  while (energy[part.begin] < range * loudest) ++part.begin;
 
   const std::size_t count = energy.size();
   const double wide =
-      std::clamp(std::round(kSmoothing * sample_rate), 1.0, static_cast<double>(count));
+      std::clamp(std::round(smoothing * sample_rate), 1.0, static_cast<double>(count));
   const std::vector<double> sums = sums_ahead(energy, static_cast<std::size_t>(wide));
   const double highest = *std::max_element(sums.begin(), sums.end());
   part.end = count;
-  while (part.end > part.begin + 1 && sums[part.end - 1] < kRange * highest) --part.end;
+  while (part.end > part.begin + 1 && sums[part.end - 1] < range * highest) --part.end;
   return part;
 }
 

@@ -13,13 +13,13 @@ namespace carillon::synth::room {
 
 namespace {
 
-constexpr double kFilterSeconds = 0.046;  ///< 2048 samples at 44.1 kHz
-constexpr double kMost = 120;             ///< [dB]
+constexpr double filter_seconds = 0.046;  ///< 2048 samples at 44.1 kHz
+constexpr double most = 120;              ///< [dB]
 
 }  // namespace
 
 double air_loss(double frequency, double distance, const Air& air) {
-  return std::min(kMost, 10 / std::numbers::ln10 * air_absorption(frequency, air) * distance);
+  return std::min(most, 10 / std::numbers::ln10 * air_absorption(frequency, air) * distance);
 }
 
 std::vector<double> air_response(double distance, const Air& air, double sample_rate) {
@@ -29,9 +29,9 @@ std::vector<double> air_response(double distance, const Air& air, double sample_
                                        distance, sample_rate));
   }
   // Losses grow with frequency.
-  if (air_loss(sample_rate / 2, distance, air) < kMinAirLoss) return {};
+  if (air_loss(sample_rate / 2, distance, air) < min_air_loss) return {};
   const std::size_t size = signal::good_fft_size(std::max<std::size_t>(
-      256, static_cast<std::size_t>(std::ceil(kFilterSeconds * sample_rate))));
+      256, static_cast<std::size_t>(std::ceil(filter_seconds * sample_rate))));
   signal::RealFft fft(size);
   for (std::size_t k = 0; k < fft.bins(); ++k) {
     const double f = static_cast<double>(k) * sample_rate / static_cast<double>(size);

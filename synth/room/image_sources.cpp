@@ -16,7 +16,7 @@ using core::InputError;
 
 namespace {
 
-constexpr double kHalfKernel = 40;  ///< [samples]
+constexpr double half_kernel = 40;  ///< [samples]
 
 std::string place_text(const Eigen::Vector3d& p) {
   return fmt::format("({:.4g}, {:.4g}, {:.4g}) m", p.x(), p.y(), p.z());
@@ -42,10 +42,10 @@ Mirrored mirrored(double source, double length, int n) {
 void check_room(const Eigen::Vector3d& size, const Eigen::Vector3d& source,
                 const Eigen::Vector3d& listener, int order) {
   check_room_size(size);
-  if (order < 0 || order > kHighestOrder) {
+  if (order < 0 || order > highest_order) {
     throw InputError(
         fmt::format("image sources up to order {}", order),
-        fmt::format("choose an order from 0 to {}; the tail holds what is later", kHighestOrder));
+        fmt::format("choose an order from 0 to {}; the tail holds what is later", highest_order));
   }
   const auto inside = [&size](const Eigen::Vector3d& p) {
     return (p.array() > 0).all() && (p.array() < size.array()).all();
@@ -95,9 +95,9 @@ std::vector<ImageSource> image_sources(const Eigen::Vector3d& size, const Eigen:
 OctaveValues image_gains(const ImageSource& image, double direct, const WallAbsorption& walls,
                          const OctaveValues& m) {
   OctaveValues gains;
-  for (std::size_t b = 0; b < kOctaves; ++b) {
+  for (std::size_t b = 0; b < octave_count; ++b) {
     gains[b] = direct / image.distance * std::exp(-m[b] * (image.distance - direct) / 2);
-    for (std::size_t w = 0; w < kWalls; ++w) {
+    for (std::size_t w = 0; w < wall_count; ++w) {
       gains[b] *= std::pow(1 - walls[w][b], image.hits[w] / 2.0);
     }
   }
@@ -105,7 +105,7 @@ OctaveValues image_gains(const ImageSource& image, double direct, const WallAbso
 }
 
 DelayKernel fractional_delay(double delay) {
-  const double half = std::clamp(std::floor(delay), 1.0, kHalfKernel);
+  const double half = std::clamp(std::floor(delay), 1.0, half_kernel);
   DelayKernel kernel;
   kernel.first = static_cast<std::size_t>(std::max(0.0, std::ceil(delay - half)));
   double sum = 0;

@@ -13,15 +13,15 @@ namespace carillon::synth::room {
 /// The source as seen in the walls of a shoebox room (Allen and Berkley, JASA 65, 943, 1979).
 struct ImageSource {
   Eigen::Vector3d position;
-  std::array<int, kWalls> hits{};  ///< reflections at each wall on the way
-  int order = 0;                   ///< their sum
-  double distance = 0;             ///< to the listener [m]
+  std::array<int, wall_count> hits{};  ///< reflections at each wall on the way
+  int order = 0;                       ///< their sum
+  double distance = 0;                 ///< to the listener [m]
 };
 
 /// Highest order that is computed; there are about 4/3 order^3 images.
-inline constexpr int kHighestOrder = 20;
+inline constexpr int highest_order = 20;
 
-/// @throws InputError  a size that is not positive, an order outside 0 to kHighestOrder, a source
+/// @throws InputError  a size that is not positive, an order outside 0 to highest_order, a source
 ///                     or a listener outside the room or on a wall, or both at one point
 void check_room(const Eigen::Vector3d& size, const Eigen::Vector3d& source,
                 const Eigen::Vector3d& listener, int order);

@@ -13,12 +13,12 @@ namespace carillon::synth::room {
 
 namespace {
 
-constexpr double kReflectionHalfWidth =
+constexpr double reflection_half_width =
     1.0 / 6;                                  ///< of the crossings of reflection filters [octaves]
-constexpr double kReflectionSeconds = 0.046;  ///< 2048 samples at 44.1 kHz
-constexpr double kRange = 1e-3;               ///< least gain against the loudest octave
-constexpr int kPoints = 24;                   ///< of each octave's mean
-constexpr double kCorrection = 0.7;           ///< most that an exponent is moved [Np], 6 dB
+constexpr double reflection_seconds = 0.046;  ///< 2048 samples at 44.1 kHz
+constexpr double range = 1e-3;                ///< least gain against the loudest octave
+constexpr int points = 24;                    ///< of each octave's mean
+constexpr double correction = 0.7;            ///< most that an exponent is moved [Np], 6 dB
 
 /// exp(z) for many z; std::exp(complex) guards against cases that do not occur here.
 std::complex<double> exponential(double re, double im) {
@@ -52,20 +52,20 @@ ReflectionFilters::ReflectionFilters(double sample_rate) {
   }
   octaves_ = octaves_below_nyquist(sample_rate);
   size_ = signal::good_fft_size(std::max<std::size_t>(
-      256, static_cast<std::size_t>(std::ceil(kReflectionSeconds * sample_rate))));
+      256, static_cast<std::size_t>(std::ceil(reflection_seconds * sample_rate))));
   signal::RealFft fft(size_);
   for (std::size_t b = 0; b < octaves_; ++b) {
     for (std::size_t k = 0; k < fft.bins(); ++k) {
       const double f = static_cast<double>(k) * sample_rate / static_cast<double>(size_);
-      fft.spectrum()[k] = octave_fractions(f, octaves_, kReflectionHalfWidth)[b];
+      fft.spectrum()[k] = octave_fractions(f, octaves_, reflection_half_width)[b];
     }
     signal::to_minimum_phase(fft);
     log_spectra_[b].assign(fft.spectrum().begin(), fft.spectrum().end());
     const double low = lower_edge(b);
     const double high = std::min(upper_edge(b), sample_rate / 2);
-    for (int i = 0; i < kPoints; ++i) {
-      points_.push_back({b, octave_fractions(low + (high - low) * (i + 0.5) / kPoints, octaves_,
-                                             kReflectionHalfWidth)});
+    for (int i = 0; i < points; ++i) {
+      points_.push_back({b, octave_fractions(low + (high - low) * (i + 0.5) / points, octaves_,
+                                             reflection_half_width)});
     }
   }
 }
@@ -75,7 +75,7 @@ OctaveValues ReflectionFilters::exponents(const OctaveValues& gains) const {
   for (std::size_t b = 0; b < octaves_; ++b) loudest = std::max(loudest, gains[b]);
   OctaveValues wanted{};
   for (std::size_t b = 0; b < octaves_; ++b) {
-    wanted[b] = std::log(std::max(gains[b], kRange * loudest));
+    wanted[b] = std::log(std::max(gains[b], range * loudest));
   }
   // Neighbours reach into an octave across its edges; what they add or take there is made good.
   OctaveValues x = wanted;
@@ -84,11 +84,11 @@ OctaveValues ReflectionFilters::exponents(const OctaveValues& gains) const {
     for (const Point& point : points_) {
       double log_gain = 0;
       for (std::size_t b = 0; b < octaves_; ++b) log_gain += point.fractions[b] * x[b];
-      energy[point.octave] += std::exp(2 * log_gain) / kPoints;
+      energy[point.octave] += std::exp(2 * log_gain) / points;
     }
     for (std::size_t b = 0; b < octaves_; ++b) {
-      x[b] = std::clamp(x[b] + wanted[b] - 0.5 * std::log(energy[b]), wanted[b] - kCorrection,
-                        wanted[b] + kCorrection);
+      x[b] = std::clamp(x[b] + wanted[b] - 0.5 * std::log(energy[b]), wanted[b] - correction,
+                        wanted[b] + correction);
     }
   }
   return x;

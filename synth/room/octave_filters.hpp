@@ -46,7 +46,7 @@ class ReflectionFilters {
   std::size_t size_;
   std::size_t octaves_;
   std::vector<Point> points_;  ///< evenly over each octave
-  std::array<std::vector<std::complex<double>>, kOctaves> log_spectra_;
+  std::array<std::vector<std::complex<double>>, octave_count> log_spectra_;
 };
 
 }  // namespace carillon::synth::room

@@ -17,20 +17,20 @@ namespace carillon::synth::room {
 
 namespace {
 
-constexpr double kDecay = 6 * std::numbers::ln10;  ///< 60 dB of energy
-constexpr double kMatched = 0.010;                 ///< [s] before the start
-constexpr int kEnoughImages = 6;
-constexpr double kLength = 1.5;          ///< of an octave's tail in reverberation times: 90 dB
-constexpr double kHalfWidth = 1.0 / 24;  ///< of the crossings [octaves]
-constexpr double kLowest = 20;           ///< [Hz]; nothing below
-constexpr std::size_t kShortest = 4096;  ///< samples of noise: bins in every octave
-constexpr double kEvened = 1.0;          ///< length of evening in 1 / bandwidth
-constexpr int kRounds = 3;               ///< of evening
-constexpr std::size_t kFew = 4;          ///< octaves whose decay is set right as a whole
-constexpr double kStretch = 0.1;         ///< between corrections, in reverberation times: 6 dB
-constexpr std::size_t kStretches = 10;   ///< 60 dB; what is later stays as the last one
-constexpr int kCorrections = 4;          ///< rounds
-constexpr double kMaxAtOnce = 1.0;       ///< of a correction [Np]
+constexpr double decay_constant = 6 * std::numbers::ln10;  ///< 60 dB of energy
+constexpr double matched_time = 0.010;                     ///< [s] before the start
+constexpr int enough_images = 6;
+constexpr double full_length = 1.5;        ///< of an octave's tail in reverberation times: 90 dB
+constexpr double half_width = 1.0 / 24;    ///< of the crossings [octaves]
+constexpr double lowest_frequency = 20;    ///< [Hz]; nothing below
+constexpr std::size_t shortest = 4096;     ///< samples of noise: bins in every octave
+constexpr double evened = 1.0;             ///< length of evening in 1 / bandwidth
+constexpr int rounds = 3;                  ///< of evening
+constexpr std::size_t few = 4;             ///< octaves whose decay is set right as a whole
+constexpr double stretch_time = 0.1;       ///< between corrections, in reverberation times: 6 dB
+constexpr std::size_t stretch_count = 10;  ///< 60 dB; what is later stays as the last one
+constexpr int corrections = 4;             ///< rounds
+constexpr double max_at_once = 1.0;        ///< of a correction [Np]
 
 /// Mean over a box of 2 half + 1 samples of a periodic signal.
 void smooth(std::vector<double>& values, std::size_t half) {
@@ -46,7 +46,7 @@ void smooth(std::vector<double>& values, std::size_t half) {
 
 /// A band of noise whose power is evened out by itself.
 struct NoiseBand {
-  double low, high;  ///< [Hz]; no crossing at kLowest and at half the sample rate
+  double low, high;  ///< [Hz]; no crossing at lowest_frequency and at half the sample rate
 };
 
 /// An octave, and for the lowest, which reaches down to 0 Hz, what lies below its own edge apart:
@@ -56,7 +56,7 @@ std::vector<NoiseBand> noise_bands(std::size_t octave, std::size_t octaves, doub
   std::vector<NoiseBand> bands = {{lower_edge(octave), top}};
   if (octave == 0) {
     bands.push_back({lower_edge(0) / 2, lower_edge(0)});
-    bands.push_back({kLowest, lower_edge(0) / 2});
+    bands.push_back({lowest_frequency, lower_edge(0) / 2});
   }
   std::erase_if(bands, [&](const NoiseBand& band) { return 2 * band.low >= sample_rate; });
   for (NoiseBand& band : bands) band.high = std::min(band.high, sample_rate / 2);
@@ -69,8 +69,8 @@ void add_band_noise(const NoiseBand& band, double sample_rate, std::size_t count
                     std::span<std::complex<double>> spectrum, core::RandomStream& random) {
   const double step = sample_rate / static_cast<double>(count);
   // Amplitudes of the bins in the band; the squares of all bands add up to 1 in every bin.
-  const double reach = std::exp2(kHalfWidth);
-  const double from = band.low == kLowest ? kLowest : band.low / reach;
+  const double reach = std::exp2(half_width);
+  const double from = band.low == lowest_frequency ? lowest_frequency : band.low / reach;
   const double to = std::min(band.high * reach, sample_rate / 2);
   const auto first = std::max<std::size_t>(1, static_cast<std::size_t>(std::ceil(from / step)));
   std::vector<double> amplitudes;
@@ -78,8 +78,8 @@ void add_band_noise(const NoiseBand& band, double sample_rate, std::size_t count
   for (std::size_t k = first; static_cast<double>(k) * step < to && 2 * k < count; ++k) {
     const double f = static_cast<double>(k) * step;
     const double fraction =
-        (band.low == kLowest ? 1 : crossing(f, band.low, kHalfWidth)) *
-        (2 * band.high >= sample_rate ? 1 : 1 - crossing(f, band.high, kHalfWidth));
+        (band.low == lowest_frequency ? 1 : crossing(f, band.low, half_width)) *
+        (2 * band.high >= sample_rate ? 1 : 1 - crossing(f, band.high, half_width));
     amplitudes.push_back(std::sqrt(fraction));
     energy += fraction;
   }
@@ -98,12 +98,12 @@ void add_band_noise(const NoiseBand& band, double sample_rate, std::size_t count
   // Evened noise reaches a little beyond its band, and cut back to it, it is a little less even: a
   // few rounds come to noise that is both.
   const double rate = step * static_cast<double>(fft.size());
-  const auto half = std::min(
-      static_cast<std::size_t>(kEvened * rate / (2 * (band.high - band.low))), fft.size() / 4);
+  const auto half = std::min(static_cast<std::size_t>(evened * rate / (2 * (band.high - band.low))),
+                             fft.size() / 4);
   const double scale = 1 / static_cast<double>(fft.size());
   const double power = 4 * energy * scale * scale;
   std::vector<double> local(fft.size());
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < rounds; ++round) {
     fft.inverse();
     std::transform(fft.signal().begin(), fft.signal().end(), local.begin(),
                    [](double v) { return v * v; });
@@ -169,7 +169,7 @@ void apply_gains(std::span<double> samples, std::span<const double> gains, doubl
 std::vector<double> stretch_gains(signal::RealFft& whole, std::size_t octave, double rt60,
                                   double sample_rate, double first, double last, double stretch) {
   const auto stretches =
-      std::min(kStretches, static_cast<std::size_t>(std::max(0.0, (last - first) / stretch)));
+      std::min(stretch_count, static_cast<std::size_t>(std::max(0.0, (last - first) / stretch)));
   if (stretches < 2) return {1.0};
   // The same time at a lower rate: bins up to twice the octave's end are enough.
   const double step = sample_rate / static_cast<double>(whole.size());
@@ -185,7 +185,7 @@ std::vector<double> stretch_gains(signal::RealFft& whole, std::size_t octave, do
 
   std::vector<double> gains(stretches, 1.0);
   std::vector<double> decay(end - begin);
-  const double fall = std::exp(-kDecay / (2 * rt60 * rate));
+  const double fall = std::exp(-decay_constant / (2 * rt60 * rate));
   const auto heard = [&] {
     double envelope = 1;
     for (std::size_t n = 0; n < decay.size(); ++n) {
@@ -193,9 +193,9 @@ std::vector<double> stretch_gains(signal::RealFft& whole, std::size_t octave, do
       envelope *= fall;
     }
     apply_gains(decay, gains, 0, length);
-    return octave_band(decay, rate, kOctaveCentres[octave]);
+    return octave_band(decay, rate, octave_centres[octave]);
   };
-  for (int round = 0; round < kCorrections; ++round) {
+  for (int round = 0; round < corrections; ++round) {
     const std::vector<double> band = heard();
     std::vector<double> levels(stretches, 0.0);
     for (std::size_t n = 0; n < band.size(); ++n) {
@@ -205,18 +205,18 @@ std::vector<double> stretch_gains(signal::RealFft& whole, std::size_t octave, do
     // Over the ideal decay; their mean is the tail's level and stays.
     double mean = 0;
     for (std::size_t s = 0; s < stretches; ++s) {
-      levels[s] =
-          std::log(std::max(levels[s], 1e-300)) + kDecay * kStretch * static_cast<double>(s);
+      levels[s] = std::log(std::max(levels[s], 1e-300)) +
+                  decay_constant * stretch_time * static_cast<double>(s);
       mean += levels[s] / static_cast<double>(stretches);
     }
     for (std::size_t s = 0; s < stretches; ++s) {
-      gains[s] *= std::exp(std::clamp((mean - levels[s]) / 2, -kMaxAtOnce, kMaxAtOnce));
+      gains[s] *= std::exp(std::clamp((mean - levels[s]) / 2, -max_at_once, max_at_once));
     }
   }
-  for (int round = 0; round < kCorrections; ++round) {
+  for (int round = 0; round < corrections; ++round) {
     const auto found = reverberation_time(heard(), rate);
     if (!found) break;  // a clip that ends before 45 dB are gone
-    const double slope = kDecay / 2 * kStretch * (rt60 / found->rt60 - 1);
+    const double slope = decay_constant / 2 * stretch_time * (rt60 / found->rt60 - 1);
     for (std::size_t s = 0; s < stretches; ++s) {
       gains[s] *= std::exp(std::clamp(slope, -0.1, 0.1) *
                            (static_cast<double>(s) - static_cast<double>(stretches - 1) / 2));
@@ -229,8 +229,8 @@ std::vector<double> stretch_gains(signal::RealFft& whole, std::size_t octave, do
 
 double TailPlan::energy_db() const {
   double loudest = 0;
-  for (std::size_t b = 0; b < kOctaves; ++b) {
-    loudest = std::max(loudest, power[b] * rt60[b] / kDecay);
+  for (std::size_t b = 0; b < octave_count; ++b) {
+    loudest = std::max(loudest, power[b] * rt60[b] / decay_constant);
   }
   return core::decibels(std::max(loudest, 1e-300));
 }
@@ -244,10 +244,10 @@ TailPlan plan_tail(const Eigen::Vector3d& size, std::span<const ImageSource> ima
   plan.direct = direct;
   plan.start = std::max(0.0, (beyond - direct) / speed);
   plan.rt60 = eyring(size, mean_absorption(size, walls), air);
-  for (std::size_t b = octaves; b < kOctaves; ++b) plan.rt60[b] = 0;
+  for (std::size_t b = octaves; b < octave_count; ++b) plan.rt60[b] = 0;
   plan.level.fill(1);
 
-  const auto rate = [&](std::size_t b) { return kDecay / plan.rt60[b]; };
+  const auto rate = [&](std::size_t b) { return decay_constant / plan.rt60[b]; };
   // The direct sound is 1 whatever air has taken from it: so much more is everything else.
   for (std::size_t b = 0; b < octaves; ++b) {
     if (plan.rt60[b] == 0) continue;
@@ -256,7 +256,7 @@ TailPlan plan_tail(const Eigen::Vector3d& size, std::span<const ImageSource> ima
   }
 
   // Energy of the images before the start, and in each step after it.
-  const double matched = std::min(kMatched, plan.start);
+  const double matched = std::min(matched_time, plan.start);
   OctaveValues before{};
   int count = 0;
   std::vector<OctaveValues> after;
@@ -274,7 +274,7 @@ TailPlan plan_tail(const Eigen::Vector3d& size, std::span<const ImageSource> ima
   plan.fill.assign(after.size(), OctaveValues{});
   for (std::size_t b = 0; b < octaves; ++b) {
     if (plan.power[b] == 0) continue;
-    if (count >= kEnoughImages) {
+    if (count >= enough_images) {
       const double expected = plan.power[b] * std::expm1(rate(b) * matched) / rate(b);
       const double found = before[b] / expected;
       plan.level[b] = std::clamp(found, 0.25, 4.0);
@@ -302,7 +302,7 @@ std::vector<double> reverberant_tail(const TailPlan& plan, double sample_rate, s
   if (!(first_sample < static_cast<double>(count))) return {};
   const auto start = static_cast<std::size_t>(first_sample);
   const auto length = [&](std::size_t b) {
-    return static_cast<std::size_t>(std::min(std::ceil(kLength * plan.rt60[b] * sample_rate),
+    return static_cast<std::size_t>(std::min(std::ceil(full_length * plan.rt60[b] * sample_rate),
                                              static_cast<double>(count - start)));
   };
   std::size_t longest = 0;
@@ -311,7 +311,7 @@ std::vector<double> reverberant_tail(const TailPlan& plan, double sample_rate, s
   }
   if (longest == 0) return {};
   std::vector<double> tail(start + longest, 0.0);
-  signal::RealFft fft(signal::good_fft_size(std::max(longest, kShortest)));
+  signal::RealFft fft(signal::good_fft_size(std::max(longest, shortest)));
   for (std::size_t b = 0; b < octaves; ++b) {
     if (plan.power[b] == 0) continue;
     std::fill(fft.spectrum().begin(), fft.spectrum().end(), 0.0);
@@ -320,10 +320,10 @@ std::vector<double> reverberant_tail(const TailPlan& plan, double sample_rate, s
       add_band_noise(band, sample_rate, fft.size(), fft.spectrum(), random);
     }
     const std::size_t end = length(b);
-    const double stretch = kStretch * plan.rt60[b] * sample_rate;
+    const double stretch = stretch_time * plan.rt60[b] * sample_rate;
     const double first = plan.step * static_cast<double>(plan.fill.size()) * sample_rate;
     std::vector<double> gains = {1.0};
-    if (b < kFew) {
+    if (b < few) {
       gains = stretch_gains(fft, b, plan.rt60[b], sample_rate, first, static_cast<double>(end),
                             stretch);
     }
@@ -331,7 +331,7 @@ std::vector<double> reverberant_tail(const TailPlan& plan, double sample_rate, s
     if (gains.size() > 1) {
       apply_gains(fft.signal().first(end), gains, first, stretch);
     }
-    const double decay = std::exp(-kDecay / (2 * plan.rt60[b] * sample_rate));
+    const double decay = std::exp(-decay_constant / (2 * plan.rt60[b] * sample_rate));
     double envelope = std::sqrt(plan.power[b] / sample_rate);
     for (std::size_t n = 0; n < end; ++n) {
       const auto step = static_cast<std::size_t>(static_cast<double>(n) / sample_rate / plan.step);

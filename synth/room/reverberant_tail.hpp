@@ -36,7 +36,7 @@ struct TailPlan {
 };
 
 /// A tail that has less than this against the direct sound is not computed [dB].
-inline constexpr double kInaudibleTail = -60;
+inline constexpr double inaudible_tail = -60;
 
 /// @param images   of orders 1 to `order`, nearest first
 /// @param beyond   distance of the nearest image of a higher order [m]

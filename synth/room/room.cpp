@@ -14,11 +14,11 @@ namespace carillon::synth::room {
 namespace {
 
 /// Changes when the same options give another response.
-constexpr const char* kVersion = "room response 2";
+constexpr const char* version = "room response 2";
 
 std::string text_of(const RoomOptions& options) {
   std::string text =
-      fmt::format("{} {:a} {} {}", kVersion, options.sample_rate, options.order, options.seed);
+      fmt::format("{} {:a} {} {}", version, options.sample_rate, options.order, options.seed);
   const auto add = [&text](const auto& values) {
     for (const double v : values) text += fmt::format(" {:a}", v);
   };
@@ -72,7 +72,7 @@ RoomResponse room_response(const RoomOptions& options) {
                        ReflectionFilters(options.sample_rate));
   }
   while (!response.images.empty() && response.images.back() == 0) response.images.pop_back();
-  if (options.with_tail && response.tail_db >= kInaudibleTail) {
+  if (options.with_tail && response.tail_db >= inaudible_tail) {
     response.tail = reverberant_tail(plan, options.sample_rate, options.count, options.seed,
                                      core::stable_hash(text_of(options)));
   }

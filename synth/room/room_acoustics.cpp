@@ -27,10 +27,10 @@ void check_air(const Air& air) {
 }
 
 void check_absorption(const OctaveValues& absorption) {
-  for (std::size_t b = 0; b < kOctaves; ++b) {
+  for (std::size_t b = 0; b < octave_count; ++b) {
     if (!(absorption[b] >= 0 && absorption[b] <= 1)) {
       throw InputError(
-          fmt::format("absorption {} in the octave of {} Hz", absorption[b], kOctaveCentres[b]),
+          fmt::format("absorption {} in the octave of {} Hz", absorption[b], octave_centres[b]),
           "it is the fraction of energy that a wall does not reflect: 0 to 1");
     }
   }
@@ -54,22 +54,22 @@ double reverberation(const Eigen::Vector3d& size, double per_surface, double m, 
 }  // namespace
 
 double lower_edge(std::size_t octave) {
-  return kOctaveCentres[octave] / std::numbers::sqrt2;
+  return octave_centres[octave] / std::numbers::sqrt2;
 }
 
 double upper_edge(std::size_t octave) {
-  return kOctaveCentres[octave] * std::numbers::sqrt2;
+  return octave_centres[octave] * std::numbers::sqrt2;
 }
 
 std::size_t octaves_below_nyquist(double sample_rate) {
   std::size_t count = 1;  // the lowest reaches down to 0 Hz
-  while (count < kOctaves && lower_edge(count) < sample_rate / 2) ++count;
+  while (count < octave_count && lower_edge(count) < sample_rate / 2) ++count;
   return count;
 }
 
 double sound_speed(const Air& air) {
   check_air(air);
-  return modal::kSoundSpeed * std::sqrt((air.temperature + 273.15) / 293.15);
+  return modal::speed_of_sound * std::sqrt((air.temperature + 273.15) / 293.15);
 }
 
 double air_absorption(double frequency, const Air& air) {
@@ -94,7 +94,7 @@ double air_absorption(double frequency, const Air& air) {
 
 OctaveValues air_absorption(const Air& air) {
   OctaveValues m;
-  for (std::size_t b = 0; b < kOctaves; ++b) m[b] = air_absorption(kOctaveCentres[b], air);
+  for (std::size_t b = 0; b < octave_count; ++b) m[b] = air_absorption(octave_centres[b], air);
   return m;
 }
 
@@ -110,8 +110,8 @@ OctaveValues mean_absorption(const Eigen::Vector3d& size, const WallAbsorption& 
                                       size.x() * size.y()};
   for (const OctaveValues& wall : walls) check_absorption(wall);
   OctaveValues mean{};
-  for (std::size_t b = 0; b < kOctaves; ++b) {
-    for (std::size_t w = 0; w < kWalls; ++w) mean[b] += area[w / 2] * walls[w][b];
+  for (std::size_t b = 0; b < octave_count; ++b) {
+    for (std::size_t w = 0; w < wall_count; ++w) mean[b] += area[w / 2] * walls[w][b];
     mean[b] = std::min(mean[b] / surface(size), 1.0);  // a rounding error above 1 is none
   }
   return mean;
@@ -123,7 +123,7 @@ OctaveValues eyring(const Eigen::Vector3d& size, const OctaveValues& absorption,
   const double speed = sound_speed(air);
   const OctaveValues m = air_absorption(air);
   OctaveValues result;
-  for (std::size_t b = 0; b < kOctaves; ++b) {
+  for (std::size_t b = 0; b < octave_count; ++b) {
     result[b] = reverberation(size, -std::log1p(-absorption[b]), m[b], speed);
   }
   return result;
@@ -132,9 +132,9 @@ OctaveValues eyring(const Eigen::Vector3d& size, const OctaveValues& absorption,
 ReverberationLimits reverberation_limits(const Eigen::Vector3d& size, std::size_t octave,
                                          const Air& air) {
   check_room_size(size);
-  const double m = air_absorption(kOctaveCentres[octave], air);
+  const double m = air_absorption(octave_centres[octave], air);
   const double speed = sound_speed(air);
-  return {reverberation(size, -std::log1p(-kHighestAbsorption), m, speed),
+  return {reverberation(size, -std::log1p(-highest_absorption), m, speed),
           reverberation(size, 0, m, speed)};
 }
 
@@ -147,18 +147,18 @@ OctaveValues absorption_for(const Eigen::Vector3d& size, const OctaveValues& tim
     // A fraction of 1e-9 for what was computed from an absorption at a limit.
     if (!(times[b] >= limits.low * (1 - 1e-9) && times[b] <= limits.high * (1 + 1e-9))) {
       impossible += fmt::format(
-          "{}{} Hz: {:.4g} s is {}", impossible.empty() ? "" : "; ", kOctaveCentres[b], times[b],
+          "{}{} Hz: {:.4g} s is {}", impossible.empty() ? "" : "; ", octave_centres[b], times[b],
           times[b] > limits.high
               ? fmt::format("longer than the {:.4g} s that air alone allows", limits.high)
               : fmt::format("not within {:.4g} s (absorption {}) and {:.4g} s (air alone)",
-                            limits.low, kHighestAbsorption, limits.high));
+                            limits.low, highest_absorption, limits.high));
       continue;
     }
     const double v_s = volume_over_surface(size);
-    const double m = air_absorption(kOctaveCentres[b], air);
+    const double m = air_absorption(octave_centres[b], air);
     const double per_surface =
         24 * std::numbers::ln10 * v_s / (sound_speed(air) * times[b]) - 4 * m * v_s;
-    absorption[b] = std::clamp(-std::expm1(-per_surface), 0.0, kHighestAbsorption);
+    absorption[b] = std::clamp(-std::expm1(-per_surface), 0.0, highest_absorption);
   }
   if (!impossible.empty()) {
     throw InputError(
@@ -166,7 +166,7 @@ OctaveValues absorption_for(const Eigen::Vector3d& size, const OctaveValues& tim
                     impossible),
         "change rt60 in these octaves, or the size, or the air (temperature, humidity)");
   }
-  for (std::size_t b = octaves; b < kOctaves; ++b) absorption[b] = absorption[octaves - 1];
+  for (std::size_t b = octaves; b < octave_count; ++b) absorption[b] = absorption[octaves - 1];
   return absorption;
 }
 

@@ -9,10 +9,10 @@ namespace carillon::synth::room {
 
 /// Octave bands of rooms. The lowest reaches down to 0 Hz and the highest up to half the sample
 /// rate; bands that begin above it do not exist at that rate.
-inline constexpr std::size_t kOctaves = 8;
-inline constexpr std::array<double, kOctaves> kOctaveCentres = {125,  250,  500,  1000,
-                                                                2000, 4000, 8000, 16000};  ///< [Hz]
-using OctaveValues = std::array<double, kOctaves>;
+inline constexpr std::size_t octave_count = 8;
+inline constexpr std::array<double, octave_count> octave_centres = {125,  250,  500,  1000, 2000,
+                                                                    4000, 8000, 16000};  ///< [Hz]
+using OctaveValues = std::array<double, octave_count>;
 
 /// Edges of an octave band without the two extensions: centre / sqrt(2), centre * sqrt(2) [Hz].
 double lower_edge(std::size_t octave);
@@ -27,7 +27,7 @@ struct Air {
   bool operator==(const Air&) const = default;
 };
 
-/// 343 m/s at 20 degrees C (kSoundSpeed, as elsewhere), with the square root of the temperature.
+/// 343 m/s at 20 degrees C (speed_of_sound, as elsewhere), with the square root of the temperature.
 /// @throws InputError  air outside the limits above
 double sound_speed(const Air& air);
 
@@ -38,11 +38,11 @@ double air_absorption(double frequency, const Air& air);
 OctaveValues air_absorption(const Air& air);  ///< at the octaves' centres
 
 /// Walls of a shoebox room: at x = 0, x = L_x, y = 0, y = L_y, z = 0 (floor), z = L_z (ceiling).
-inline constexpr std::size_t kWalls = 6;
-inline constexpr std::array<const char*, kWalls> kWallNames = {"x0", "x1",    "y0",
-                                                               "y1", "floor", "ceiling"};
+inline constexpr std::size_t wall_count = 6;
+inline constexpr std::array<const char*, wall_count> wall_names = {"x0", "x1",    "y0",
+                                                                   "y1", "floor", "ceiling"};
 using WallAbsorption =
-    std::array<OctaveValues, kWalls>;  ///< fraction of energy not reflected, 0 to 1
+    std::array<OctaveValues, wall_count>;  ///< fraction of energy not reflected, 0 to 1
 
 /// One absorption on all walls.
 WallAbsorption same_on_all_walls(const OctaveValues& absorption);
@@ -61,9 +61,9 @@ OctaveValues eyring(const Eigen::Vector3d& size, const OctaveValues& absorption,
 
 /// Highest mean absorption that a prescribed reverberation time may ask for: beyond it, a change of
 /// the time by a third would be one of the absorption by less than 0.01.
-inline constexpr double kHighestAbsorption = 0.99;
+inline constexpr double highest_absorption = 0.99;
 
-/// Reverberation times [s] a room can be given in one octave: from kHighestAbsorption (low) to
+/// Reverberation times [s] a room can be given in one octave: from highest_absorption (low) to
 /// walls that absorb nothing, air alone (high).
 struct ReverberationLimits {
   double low;
@@ -77,7 +77,7 @@ ReverberationLimits reverberation_limits(const Eigen::Vector3d& size, std::size_
 /// @param octaves  how many bands count; the others get the last one's absorption
 /// @throws InputError  a time outside the limits; names every such band and its limits
 OctaveValues absorption_for(const Eigen::Vector3d& size, const OctaveValues& times, const Air& air,
-                            std::size_t octaves = kOctaves);
+                            std::size_t octaves = octave_count);
 
 /// "5 x 4 x 3 m".
 std::string size_text(const Eigen::Vector3d& size);

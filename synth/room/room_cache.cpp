@@ -13,7 +13,7 @@ using core::Hdf5Group;
 
 OctaveValues octaves(const std::vector<double>& values) {
   OctaveValues result{};
-  std::copy_n(values.begin(), std::min(values.size(), kOctaves), result.begin());
+  std::copy_n(values.begin(), std::min(values.size(), octave_count), result.begin());
   return result;
 }
 

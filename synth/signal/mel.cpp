@@ -14,19 +14,19 @@ namespace carillon::synth::signal {
 namespace {
 
 /// Slaney's scale (Auditory Toolbox, 1998): linear below 1 kHz, 27 bands per factor 6.4 above.
-constexpr double kLinearStep = 200.0 / 3.0;  // [Hz]
-constexpr double kBreakFrequency = 1000;     // [Hz]
-constexpr double kBreakMel = kBreakFrequency / kLinearStep;
-const double kLogStep = std::log(6.4) / 27;
+constexpr double linear_step = 200.0 / 3.0;  // [Hz]
+constexpr double break_frequency = 1000;     // [Hz]
+constexpr double break_mel = break_frequency / linear_step;
+const double log_step = std::log(6.4) / 27;
 
 double mel_of(double frequency) {
-  return frequency < kBreakFrequency ? frequency / kLinearStep
-                                     : kBreakMel + std::log(frequency / kBreakFrequency) / kLogStep;
+  return frequency < break_frequency ? frequency / linear_step
+                                     : break_mel + std::log(frequency / break_frequency) / log_step;
 }
 
 double frequency_of(double mel) {
-  return mel < kBreakMel ? mel * kLinearStep
-                         : kBreakFrequency * std::exp((mel - kBreakMel) * kLogStep);
+  return mel < break_mel ? mel * linear_step
+                         : break_frequency * std::exp((mel - break_mel) * log_step);
 }
 
 MelOptions checked(MelOptions options) {

@@ -27,8 +27,7 @@ int mel_frames(std::size_t count, const MelOptions& options);
 class MelSpectrogram {
  public:
   /// @throws InputError  no positive sample rate, hop or bands, an odd FFT size, or band limits
-  /// that
-  ///                     do not rise within 0 to Nyquist
+  ///                     that do not rise within 0 to Nyquist
   explicit MelSpectrogram(const MelOptions& options);
   /// @return bands x frames, row by row
   std::vector<float> operator()(std::span<const float> clip) const;

@@ -12,17 +12,17 @@ namespace carillon::synth::signal {
 
 namespace {
 
-constexpr double kLargestRatio = 1000;
+constexpr double largest_ratio = 1000;
 
 }  // namespace
 
 std::vector<double> resample(std::span<const double> samples, double from, double to) {
   const bool rates = from > 0 && to > 0 && std::isfinite(from) && std::isfinite(to);
-  if (!rates || from > kLargestRatio * to || to > kLargestRatio * from) {
+  if (!rates || from > largest_ratio * to || to > largest_ratio * from) {
     throw core::InputError(fmt::format("resampling from {} Hz to {} Hz", from, to),
                            fmt::format("both rates must be positive and at most a factor of {} "
                                        "apart",
-                                       kLargestRatio));
+                                       largest_ratio));
   }
   const auto bad = std::find_if(samples.begin(), samples.end(),
                                 [](double value) { return !std::isfinite(value); });

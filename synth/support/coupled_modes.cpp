@@ -17,10 +17,10 @@ namespace carillon::synth::support {
 namespace {
 
 /// Condition of the eigenvectors up to which they are taken: 1e9 times rounding is -140 dB.
-constexpr double kSmallestReciprocalCondition = 1e-9;
+constexpr double smallest_reciprocal_condition = 1e-9;
 /// What a mode feels of the dashpots, relative to its frequency, below which it is left as it is:
 /// rounding in the eigenproblem is of that size.
-constexpr double kUntouched = 1e-15;
+constexpr double untouched = 1e-15;
 
 }  // namespace
 
@@ -72,7 +72,7 @@ std::vector<int> touched_modes(std::span<const double> eigenvalues,
   const double largest = norms.maxCoeff();
   for (Eigen::Index i = 0; i < static_cast<Eigen::Index>(eigenvalues.size()); ++i) {
     const double omega = std::sqrt(eigenvalues[static_cast<std::size_t>(i)]);
-    if (norms[i] * largest > kUntouched * omega) touched.push_back(static_cast<int>(i));
+    if (norms[i] * largest > untouched * omega) touched.push_back(static_cast<int>(i));
   }
   return touched;
 }
@@ -195,7 +195,7 @@ bool add_coupled(CoupledModes& modes, const FirstOrder& form) {
   }
   auto vectors = std::make_shared<CoupledModes::Vectors>();
   vectors->amplitudes.compute(columns);
-  if (!(vectors->amplitudes.rcond() > kSmallestReciprocalCondition)) return false;
+  if (!(vectors->amplitudes.rcond() > smallest_reciprocal_condition)) return false;
   vectors->turn = form.turn.topRows(m);
   const Eigen::MatrixXd velocity = form.turn * columns.topRows(v);
   vectors->velocity = velocity.topRows(m);
@@ -248,10 +248,10 @@ std::optional<CoupledModes> couple(std::span<const double> eigenvalues,
     }
   }
   if (modes.coupled.empty()) return modes;
-  if (modes.coupled.size() > kMaxCoupledModes) {
+  if (modes.coupled.size() > max_coupled_modes) {
     throw core::InputError(
         fmt::format("coupled modes: the supports touch {} modes, and at most {} can be coupled",
-                    modes.coupled.size(), kMaxCoupledModes),
+                    modes.coupled.size(), max_coupled_modes),
         "lower modes.max_modes or modes.max_frequency, or take supports.coupling: diagonal");
   }
   for (const double perturbation : {0.0, 1e-6, 1e-5, 1e-4}) {

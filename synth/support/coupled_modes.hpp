@@ -32,7 +32,7 @@ struct CoupledModes {
 };
 
 /// Modes that couple() takes: 600 are 1,206 rows and some seconds, and time grows with the cube.
-inline constexpr std::size_t kMaxCoupledModes = 600;
+inline constexpr std::size_t max_coupled_modes = 600;
 
 /// Solves the damped problem in modal coordinates by its first-order form of 2 n rows, and one for
 /// each rigid coordinate (LAPACK dgeev). Velocities are turned so that the dashpots act on as few
@@ -50,7 +50,7 @@ inline constexpr std::size_t kMaxCoupledModes = 600;
 /// @return nothing when the eigenvectors stay dependent all the same: the caller keeps the diagonal
 ///         answer
 /// @throws InputError   sizes that do not match, a mode without stiffness (lambda = 0), a value
-///                      that is negative or not finite, more than kMaxCoupledModes modes that the
+///                      that is negative or not finite, more than max_coupled_modes modes that the
 ///                      supports touch
 /// @throws SolverError  LAPACK finds no eigenvalues
 std::optional<CoupledModes> couple(std::span<const double> eigenvalues,

@@ -8,17 +8,17 @@
 
 namespace carillon::synth::support {
 
-inline constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+inline constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 
 /// How far the diagonal answer (d_i + G_ii / 2 at the undamped frequency) is from the coupled one.
 struct DiagonalError {
   int matched = 0;  ///< modes compared: both oscillate, and share more than half their energy
   int modes = 0;    ///< of so many
   /// Largest |d_diagonal - d_coupled| / d_coupled; NaN where no mode can be compared.
-  double decay_rate = kUnknown;
-  double cents = kUnknown;  ///< largest distance of damped frequencies [cents]; likewise
-  int worst_decay = -1;     ///< mode of the largest error in decay rate; -1: none compared
-  int worst_pitch = -1;     ///< mode of the largest error in pitch
+  double decay_rate = unknown;
+  double cents = unknown;  ///< largest distance of damped frequencies [cents]; likewise
+  int worst_decay = -1;    ///< mode of the largest error in decay rate; -1: none compared
+  int worst_pitch = -1;    ///< mode of the largest error in pitch
 };
 
 /// @param diagonal  decay rates of the diagonal answer, n (add_support_damping())

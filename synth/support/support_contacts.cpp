@@ -133,7 +133,7 @@ std::vector<Contact> lowest_contacts(const solvers::modes::ModeSurface& surface,
         fmt::format("support: down must be a unit vector, its length is {}", down.norm()));
   }
   // Walls that stand upright do not touch the ground.
-  constexpr double kLooksDown = 0.05;
+  constexpr double looks_down = 0.05;
   const std::vector<surface::SurfaceTriangle> triangles = surface::outer_pieces(surface);
   double deepest = -std::numeric_limits<double>::infinity();
   Contact lowest{{0, {1, 0, 0}}, down, 1.0};
@@ -149,7 +149,7 @@ std::vector<Contact> lowest_contacts(const solvers::modes::ModeSurface& surface,
   std::vector<Contact> contacts;
   for (const surface::SurfaceTriangle& triangle : triangles) {
     const Vec3 area = surface::area_vector(triangle);
-    if (area.dot(down) > kLooksDown * area.norm()) {
+    if (area.dot(down) > looks_down * area.norm()) {
       add_below(triangle, down, deepest - height, contacts);
     }
   }

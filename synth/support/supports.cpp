@@ -13,9 +13,9 @@ namespace carillon::synth::support {
 
 namespace {
 
-constexpr double kStandardGravity = 9.80665;  ///< [m/s^2]
+constexpr double standard_gravity = 9.80665;  ///< [m/s^2]
 /// Squares of anything faster could overflow later.
-constexpr double kFastestDamping = 1e50;  ///< [1/s]
+constexpr double fastest_damping = 1e50;  ///< [1/s]
 
 bool finite_and_not_negative(double value) {
   return value >= 0 && std::isfinite(value);
@@ -28,10 +28,10 @@ void check_press(double coefficient, double force, double unit_trace) {
     throw core::InputError(
         fmt::format("support: the force must be finite and not negative, not {} N", force));
   }
-  if (!(coefficient * force * unit_trace < kFastestDamping)) {
+  if (!(coefficient * force * unit_trace < fastest_damping)) {
     throw core::InputError(
         fmt::format("support: a coefficient of {} s/m and a force of {} N damp faster than {} 1/s",
-                    coefficient, force, kFastestDamping),
+                    coefficient, force, fastest_damping),
         "lower the coefficient or the force");
   }
 }
@@ -129,7 +129,7 @@ void add_support_damping(std::vector<double>& decay_rates, const Eigen::VectorXd
 }
 
 double weight(const solvers::modes::Modes& modes) {
-  return modes.mass * kStandardGravity;
+  return modes.mass * standard_gravity;
 }
 
 }  // namespace carillon::synth::support

@@ -14,7 +14,7 @@ namespace carillon::synth::surface {
 
 namespace {
 
-constexpr int kMaxCuts = 12;
+constexpr int max_cuts = 12;
 
 /// Vertices of a face cut into cuts^2, by their places (i, j): i / cuts and j / cuts are the second
 /// and third barycentric coordinate.
@@ -95,7 +95,7 @@ OuterTriangles outer_triangles(const solvers::modes::ModeSurface& surface, std::
     throw core::InputError("the object has no outer surface: no faces, or all of them look inward");
   }
   int cuts = 1;
-  while (cuts < kMaxCuts && faces * static_cast<std::size_t>(cuts * cuts) < count) ++cuts;
+  while (cuts < max_cuts && faces * static_cast<std::size_t>(cuts * cuts) < count) ++cuts;
   const CutFace pattern = cut_face(surface.order, cuts);
 
   OuterTriangles cut;

@@ -11,13 +11,13 @@ namespace carillon::synth::touch {
 
 namespace {
 
-constexpr double kMaxTicks = 1e7;
-constexpr double kStepsPerSecond = 8000;  ///< at least; springs of 50 kN/m take 4 ms a swing
-constexpr double kMaxSteps = 512;         ///< of a tick
-constexpr double kStepsPerTexel = 4;
+constexpr double max_ticks = 1e7;
+constexpr double steps_per_second = 8000;  ///< at least; springs of 50 kN/m take 4 ms a swing
+constexpr double max_steps = 512;          ///< of a tick
+constexpr double steps_per_texel = 4;
 /// A tick is held back where the spring is compressed by less than this fraction of the tip's
 /// depth.
-constexpr double kHeldBack = 0.9;
+constexpr double held_fraction = 0.9;
 
 void check(const Stylus& stylus, const render::maps::TexturedFace& face, std::span<const Vec3> hand,
            const TouchOptions& options) {
@@ -143,7 +143,7 @@ class Tip {
     const double depth = std::max(0.0, plane.depth);
     may_give_ = std::min(may_give_, stylus_.stiffness * depth * depth / 2 + virtual_potential);
     const double paid = std::sqrt(2 * std::max(0.0, may_give_) / stylus_.stiffness);
-    held_back = held_back || paid < kHeldBack * depth;
+    held_back = held_back || paid < held_fraction * depth;
     return std::min(plane.depth, paid);
   }
 
@@ -208,7 +208,7 @@ std::vector<Vec3> drawn_path(std::span<const Vec3> corners, double speed, double
     if (k > 0) ways.push_back(length += (corners[k] - corners[k - 1]).norm());
   }
   const double ticks = length / speed * rate;
-  if (!(ticks <= kMaxTicks)) {
+  if (!(ticks <= max_ticks)) {
     throw core::InputError(
         fmt::format("stylus: a path of {:.4g} m at {:.4g} m/s takes {:.3g} ticks", length, speed,
                     ticks),
@@ -256,9 +256,9 @@ Touch draw_stylus(const render::maps::TexturedFace& face, std::span<const Vec3> 
     // What the tip may go this tick.
     const double gains = stylus.press / stylus.mass / options.rate;
     const double way = (to - from).norm() + (tip.speed() + gains) / options.rate;
-    const double steps = std::clamp(
-        std::ceil(std::max(kStepsPerTexel * way / face.map->texel, kStepsPerSecond / options.rate)),
-        1.0, kMaxSteps);
+    const double steps = std::clamp(std::ceil(std::max(steps_per_texel * way / face.map->texel,
+                                                       steps_per_second / options.rate)),
+                                    1.0, max_steps);
     const double h = 1 / (options.rate * steps);
     const Vec3 velocity = (to - from) * options.rate;
     tip.held_back = false;

@@ -17,8 +17,8 @@ namespace carillon::bench {
 namespace {
 
 using eval::damping::Estimator;
-constexpr Estimator kEstimators[] = {Estimator::emg, Estimator::least_squares,
-                                     Estimator::lower_bound};
+constexpr Estimator estimators[] = {Estimator::emg, Estimator::least_squares,
+                                    Estimator::lower_bound};
 
 /// Processor time of this process [s]: other programs do not count.
 double now() {
@@ -33,7 +33,7 @@ void time_fits(const std::string& table, const std::string& model, int repeat) {
   const eval::damping::DampingLaw law = eval::damping::damping_law(model);
   const char* comma = "";
   fmt::print("{{");
-  for (const Estimator estimator : kEstimators) {
+  for (const Estimator estimator : estimators) {
     for (const bool confidence : {false, true}) {
       std::vector<double> seconds;
       eval::damping::DampingFit fit;

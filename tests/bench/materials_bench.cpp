@@ -132,7 +132,8 @@ void run(const std::vector<std::string>& names, double finer, int modes) {
     return m.name.starts_with("gpd_") || m.name.ends_with("_hybrid");
   });
   fmt::print(
-      "| object | unknowns | task | modes | solves | together s | each s | ratio | each nu s | ratio "
+      "| object | unknowns | task | modes | solves | together s | each s | ratio | each nu s | "
+      "ratio "
       "| "
       "error cents | bound cents |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n");
   for (const auto& body : bodies()) {

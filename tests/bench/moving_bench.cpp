@@ -27,36 +27,37 @@ double seconds_of(const std::function<void()>& work) {
 }
 
 void radiation_of_poses() {
-  constexpr double kRadius = 0.05;
-  constexpr int kModes = 50, kPoses = 100;
+  constexpr double fixed_radius = 0.05;
+  constexpr int mode_count = 50, poses = 100;
   std::vector<double> ka;
-  for (int i = 0; i < kModes; ++i) ka.push_back(0.5 + 0.3 * i);
-  const auto modes = sphere_modes(curved_sphere(kRadius, Vec3::Zero(), 4, 3), kRadius, 2, ka);
+  for (int i = 0; i < mode_count; ++i) ka.push_back(0.5 + 0.3 * i);
+  const auto modes =
+      sphere_modes(curved_sphere(fixed_radius, Vec3::Zero(), 4, 3), fixed_radius, 2, ka);
   radiation::EquivalentSources fit;
   const double fitted = seconds_of([&] { fit = radiation::fit_equivalent_sources(modes); });
   const radiation::SourceField field(fit);
   std::vector<modal::Listener> listeners;
-  for (int i = 0; i < kPoses; ++i) listeners.push_back({{0.3, 0.4 + 0.01 * i, 0.8}});
+  for (int i = 0; i < poses; ++i) listeners.push_back({{0.3, 0.4 + 0.01 * i, 0.8}});
   const double heard = seconds_of([&] { field.pressure_at(listeners); });
   fmt::print("radiation: {} modes, {} layers, {} points: fit {:.3f} s, a listener {:.3f} ms\n",
-             kModes, fit.layers, fit.points.size(), fitted, 1e3 * heard / kPoses);
+             mode_count, fit.layers, fit.points.size(), fitted, 1e3 * heard / poses);
 }
 
 /// One second of modes that ring, and that a force at a moving place drives, in blocks of 1 ms.
 void driven_modes() {
-  constexpr double kRate = 44100;
-  constexpr Eigen::Index kBlock = 44;
+  constexpr double audio_rate = 44100;
+  constexpr Eigen::Index block_size = 44;
   for (const int count : {20, 60, 300}) {
     modal::RingDown rings = random_rings(count, 3, false);
     for (double& rate : rings.decay_rates) rate = 0.5;
     modal::Readout other = rings.readout;
     other.velocity *= 0.9;
     Eigen::MatrixX3d from = Eigen::MatrixX3d::Ones(count, 3);
-    const motion::Drive drive = {from, 0.9 * from, Eigen::Matrix3Xd::Ones(3, kBlock + 1)};
+    const motion::Drive drive = {from, 0.9 * from, Eigen::Matrix3Xd::Ones(3, block_size + 1)};
     const auto rate = [&](bool driven, bool moving) {
-      motion::DrivenModes modes(rings.eigenvalues, rings.decay_rates, kRate);
+      motion::DrivenModes modes(rings.eigenvalues, rings.decay_rates, audio_rate);
       modes.strike(rings.excitation, {1e-3}, 0);
-      Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(kBlock, 1);
+      Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(block_size, 1);
       const motion::DrivenGains gains = {&rings.readout, moving ? &other : &rings.readout, 0, 1};
       const double seconds = seconds_of([&] {
         for (int block = 0; block < 5000; ++block) {
@@ -185,12 +186,12 @@ void relief_contacts() {
           lowest = std::min(lowest, corners.back().z());
         }
         for (Vec3& p : corners) p += Vec3(side / 2, side / 2, -1e-4 - lowest);
-        constexpr int kCalls = 20;
+        constexpr int calls = 20;
         const double seconds = seconds_of([&] {
-          for (int k = 0; k < kCalls; ++k)
+          for (int k = 0; k < calls; ++k)
             motion::hull_on_relief(*peaks, {side, side}, corners, bottom);
         });
-        fmt::print(", {} {:.2f} ms", tilt > 0 ? "tilted" : "flat", 1e3 * seconds / kCalls);
+        fmt::print(", {} {:.2f} ms", tilt > 0 ? "tilted" : "flat", 1e3 * seconds / calls);
       }
       fmt::print("\n");
     }

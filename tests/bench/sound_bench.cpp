@@ -18,7 +18,7 @@ namespace carillon::bench {
 namespace {
 
 using synth::modal::Partial;
-constexpr double kRate = 44100;
+constexpr double audio_rate = 44100;
 
 /// Modes evenly spread in the logarithm from 60 Hz to 18 kHz.
 /// @param damping  1: c = 6 + 1e-7 lambda, ceramic's; 0: none, so that no mode ever ends
@@ -70,13 +70,14 @@ double seconds_of(const std::function<void()>& work) {
 using Sum = std::function<void(const std::vector<Partial>&, std::vector<double>&)>;
 
 void kernel(const std::vector<Partial>& partials, std::vector<double>& out) {
-  synth::add_partials(partials, 0, kRate, 0, 0, out);
+  synth::add_partials(partials, 0, audio_rate, 0, 0, out);
 }
 
 void phasors(const std::vector<Partial>& partials, std::vector<double>& out) {
   for (const Partial& p : partials) {
     const auto omega = static_cast<double>(p.angular_frequency);
-    const std::complex<double> step = std::exp(std::complex<double>(-p.decay_rate, omega) / kRate);
+    const std::complex<double> step =
+        std::exp(std::complex<double>(-p.decay_rate, omega) / audio_rate);
     double re = p.amplitude.real();
     double im = p.amplitude.imag();
     for (double& sample : out) {
@@ -92,7 +93,7 @@ void exponentials(const std::vector<Partial>& partials, std::vector<double>& out
   for (const Partial& p : partials) {
     const auto omega = static_cast<double>(p.angular_frequency);
     for (std::size_t n = 0; n < out.size(); ++n) {
-      const double t = static_cast<double>(n) / kRate;
+      const double t = static_cast<double>(n) / audio_rate;
       out[n] += p.amplitude.real() * std::exp(-p.decay_rate * t) * std::cos(omega * t);
     }
   }
@@ -103,7 +104,7 @@ double deviation(const std::vector<Partial>& partials, const std::vector<double>
   double peak = 0;
   double worst = 0;
   for (std::size_t n = 0; n < out.size(); n += 7) {
-    const long double t = static_cast<long double>(n) / kRate;
+    const long double t = static_cast<long double>(n) / audio_rate;
     long double sum = 0;
     for (const Partial& p : partials) {
       sum += p.amplitude.real() * std::exp(-p.decay_rate * t) * std::cos(p.angular_frequency * t);
@@ -116,7 +117,7 @@ double deviation(const std::vector<Partial>& partials, const std::vector<double>
 
 void sums(const Sum& route, std::size_t modes, bool check) {
   const auto partials = partials_of(modes_of(modes, check ? 1 : 0.05));
-  std::vector<double> out(static_cast<std::size_t>(kRate), 0.0);
+  std::vector<double> out(static_cast<std::size_t>(audio_rate), 0.0);
   if (check) {
     route(partials, out);
     fmt::print("{{\"deviation_db\": {}}}\n", deviation(partials, out));
@@ -134,22 +135,23 @@ void samples(std::size_t modes, double contact_time, bool burst) {
   const synth::modal::RingDown rings = modes_of(modes, 1);
   synth::modal::ContactForce force{contact_time, {}};
   if (burst) {
-    const auto points = static_cast<std::size_t>(std::lround(contact_time * kRate)) + 1;
-    force.duration = static_cast<double>(points - 1) / kRate;
+    const auto points = static_cast<std::size_t>(std::lround(contact_time * audio_rate)) + 1;
+    force.duration = static_cast<double>(points - 1) / audio_rate;
     for (std::size_t i = 0; i < points; ++i) {
       force.samples.push_back(std::cos(static_cast<double>(i * i)) / contact_time);
     }
   }
   float last = 0;
   const double seconds = seconds_of([&] {
-    last += synth::modal::synthesize(rings, force, kRate, static_cast<std::size_t>(kRate))[1000];
+    last += synth::modal::synthesize(rings, force, audio_rate,
+                                     static_cast<std::size_t>(audio_rate))[1000];
   });
   fmt::print("{{\"seconds_per_sample\": {}, \"check\": {}}}\n", seconds, last);
 }
 
 /// Seconds of work for one second of `bodies` that all ring and never end.
 double stream_seconds(std::size_t bodies, std::size_t modes, std::size_t block) {
-  synth::modal::StreamingRenderer renderer(1, kRate);
+  synth::modal::StreamingRenderer renderer(1, audio_rate);
   const synth::modal::RingDown rings = modes_of(modes, 0);
   for (std::size_t i = 0; i < bodies; ++i) {
     const std::size_t body = renderer.add_body(rings.eigenvalues, rings.decay_rates, rings.readout);
@@ -158,9 +160,9 @@ double stream_seconds(std::size_t bodies, std::size_t modes, std::size_t block) 
   std::vector<float> out(block);
   for (int i = 0; i < 20; ++i) renderer.render(out);
   const double begin = now();
-  const auto blocks = static_cast<std::size_t>(kRate / 4) / block;
+  const auto blocks = static_cast<std::size_t>(audio_rate / 4) / block;
   for (std::size_t i = 0; i < blocks; ++i) renderer.render(out);
-  return (now() - begin) * kRate / static_cast<double>(blocks * block);
+  return (now() - begin) * audio_rate / static_cast<double>(blocks * block);
 }
 
 /// How many bodies a second's work renders for a second, measured with about as many.

@@ -14,7 +14,7 @@
 namespace carillon::synth {
 namespace {
 
-constexpr double kRate = 44100;
+constexpr double audio_rate = 44100;
 
 /// Processor seconds of one call, the least of seven rounds.
 template <class Work>
@@ -45,7 +45,7 @@ void strikers() {
     fmt::print("noise_burst {:.1f}     {:9.3f} us\n", hardness,
                1e6 * seconds(500, [&](int k) {
                  core::RandomStream random(0, static_cast<std::uint64_t>(k), "bench");
-                 sum += contact::noise_burst({hardness, 0.1}, kRate, random).samples[1];
+                 sum += contact::noise_burst({hardness, 0.1}, audio_rate, random).samples[1];
                }));
   }
   if (std::isnan(sum)) fmt::print("nan\n");  // keeps the work
@@ -60,9 +60,9 @@ void clicks() {
                                       Vec3::Constant(radius), 1};
     core::RandomStream random(0, 0, "bench");
     for (const modal::ContactForce& force :
-         {modal::ContactForce{3e-4, {}}, contact::noise_burst({0.9, 0.1}, kRate, random)}) {
+         {modal::ContactForce{3e-4, {}}, contact::noise_burst({0.9, 0.1}, audio_rate, random)}) {
       const auto make = [&](int) {
-        contact::acceleration_click(source, {0.1, 0.2, 0.3}, force, {1, 1, 1}, kRate, 44100);
+        contact::acceleration_click(source, {0.1, 0.2, 0.3}, force, {1, 1, 1}, audio_rate, 44100);
       };
       fmt::print("click, radius {:.3f} m, {:5}: {:8.1f} us\n", radius,
                  force.samples.empty() ? "pulse" : "burst", 1e6 * seconds(100, make));

@@ -43,12 +43,12 @@ NpyHeader parse(const std::string& bytes) {
   return parse_npy_header(bytes, offset);
 }
 
-constexpr const char* kFloats = "{'descr': '<f4', 'fortran_order': False, 'shape': (2, 3), }";
+constexpr const char* floats = "{'descr': '<f4', 'fortran_order': False, 'shape': (2, 3), }";
 
 TEST(NpyHeaders, OfEveryFormatAreRead) {
   for (const int version : {1, 2, 3}) {
     std::uint64_t offset = 0;
-    const std::string bytes = raw_header(version, kFloats);
+    const std::string bytes = raw_header(version, floats);
     const NpyHeader header = parse_npy_header(bytes, offset);
     EXPECT_EQ(header.type, "float32");
     EXPECT_EQ(header.extent, (std::vector<std::uint64_t>{2, 3}));
@@ -64,8 +64,8 @@ TEST(NpyHeaders, ThatCannotBeReadSayWhy) {
   const auto why = [](const std::string& bytes) { return message_of([&] { parse(bytes); }); };
   const auto with = [&](const std::string& text) { return why(raw_header(1, text)); };
   EXPECT_NE(why("RIFF....").find("not a NumPy file"), std::string::npos);
-  EXPECT_NE(why(raw_header(1, kFloats).substr(0, 40)).find("cut off"), std::string::npos);
-  EXPECT_NE(why(raw_header(9, kFloats)).find("format 9"), std::string::npos);
+  EXPECT_NE(why(raw_header(1, floats).substr(0, 40)).find("cut off"), std::string::npos);
+  EXPECT_NE(why(raw_header(9, floats)).find("format 9"), std::string::npos);
   EXPECT_NE(with("{'descr': '>f8', 'fortran_order': False, 'shape': (2,)}").find("astype('<f8')"),
             std::string::npos);
   EXPECT_NE(with("{'descr': '<c8', 'fortran_order': False, 'shape': (2,)}").find("\"<c8\""),
@@ -84,7 +84,7 @@ TEST(NpyHeaders, ThatCannotBeReadSayWhy) {
 
 TEST(NpyFiles, GiveTheirRows) {
   const TemporaryFolder folder;
-  std::string bytes = raw_header(1, kFloats);
+  std::string bytes = raw_header(1, floats);
   for (const float value : {0.5F, -1.5F, 2.F, 3.F, 4.F, 1e-30F}) {
     bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
   }
@@ -100,7 +100,7 @@ TEST(NpyFiles, GiveTheirRows) {
 
 TEST(NpyFiles, ThatAreNotWholeAreNamed) {
   const TemporaryFolder folder;
-  const auto path = write(folder, raw_header(1, kFloats) + std::string(23, '\0'));
+  const auto path = write(folder, raw_header(1, floats) + std::string(23, '\0'));
   const std::string message = message_of([&] { NpyFile file(path); });
   EXPECT_NE(message.find("array.npy: 23 bytes of elements, where 2 x 3 of type float32 take 24"),
             std::string::npos)
@@ -130,7 +130,7 @@ RC_GTEST_PROP(NpyHeaders, ComeBack, ()) {
 /// Any damage to a file is answered with one of the project's errors, or leaves an array.
 RC_GTEST_PROP(NpyFiles, ThatAreDamagedAreRefusedOrRead, ()) {
   const TemporaryFolder folder;
-  std::string bytes = raw_header(*rc::gen::inRange(1, 4), kFloats) + std::string(24, '\0');
+  std::string bytes = raw_header(*rc::gen::inRange(1, 4), floats) + std::string(24, '\0');
   const auto damages = *rc::gen::inRange(1, 6);
   for (int i = 0; i < damages; ++i) {
     const auto place = *rc::gen::inRange<std::size_t>(0, bytes.size());

@@ -18,12 +18,12 @@ configuration::BuildConfig scene_of(const std::string& motion, int bars) {
       "scene.yaml", {});
 }
 
-const char* const kOneBar =
+const char* const one_bar =
     "motion:\n  simulations: 60\n  bodies: [{object: bars, at: [0, 0, 0.1]}]\n";
 
 // What is tested on has not been learned from.
 TEST(Cast, InstancesAreKeptToTheirPart) {
-  const configuration::BuildConfig config = scene_of(kOneBar, 30);
+  const configuration::BuildConfig config = scene_of(one_bar, 30);
   const plan::BuildPlan plan = plan::make_plan(config);
   ASSERT_TRUE(samples::held_out(config, plan, "bars"));
   std::map<std::string, std::set<std::size_t>> played;
@@ -39,7 +39,7 @@ TEST(Cast, InstancesAreKeptToTheirPart) {
 
 // One body cannot be in one part only: all takes share it, and none claims otherwise.
 TEST(Cast, TooFewInstancesAreShared) {
-  const configuration::BuildConfig config = scene_of(kOneBar, 2);
+  const configuration::BuildConfig config = scene_of(one_bar, 2);
   const plan::BuildPlan plan = plan::make_plan(config);
   ASSERT_FALSE(samples::held_out(config, plan, "bars"));
   std::map<std::string, std::set<std::size_t>> played;

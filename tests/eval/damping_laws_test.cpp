@@ -14,7 +14,7 @@ namespace {
 
 using synth::damping::DampingKind;
 using synth::damping::DampingModel;
-constexpr damping::Estimator kEstimators[] = {
+constexpr damping::Estimator estimators[] = {
     damping::Estimator::emg, damping::Estimator::least_squares, damping::Estimator::lower_bound};
 
 /// Points on a curve, from 200 Hz to 12 kHz.
@@ -70,7 +70,7 @@ TEST(DampingLaws, PointsOnACurveGiveItBack) {
   for (const Case& c : cases()) {
     const damping::DampingData data = on_curve(c.model);
     const damping::DampingLaw law = damping::damping_law(c.word);
-    for (const damping::Estimator estimator : kEstimators) {
+    for (const damping::Estimator estimator : estimators) {
       const damping::DampingFit fit = damping::fit_damping(data, law, {estimator, false, false});
       EXPECT_TRUE(fit.converged) << c.word << ", " << damping::name_of(estimator);
       EXPECT_LT(difference(fit.model, c.model, data), 1e-6)
@@ -90,7 +90,7 @@ TEST(DampingLaws, FormulasAgreeWithNames) {
       {"power", "alpha1*lambda^alpha2"},
       {"hybrid", "alpha1 + alpha2*lambda^alpha3"}};
   for (const auto& [name, formula] : pairs) {
-    for (const damping::Estimator estimator : kEstimators) {
+    for (const damping::Estimator estimator : estimators) {
       const damping::DampingFit named =
           damping::fit_damping(data, damping::damping_law(name), {estimator, false, false});
       const damping::DampingFit written =
@@ -114,7 +114,7 @@ TEST(DampingLaws, FollowTheUnits) {
     damping::DampingData other = data;
     for (double& lambda : other.eigenvalues) lambda *= k * k;
     for (double& c : other.coefficients) c *= m;
-    for (const damping::Estimator estimator : kEstimators) {
+    for (const damping::Estimator estimator : estimators) {
       const auto a = damping::fit_damping(data, {}, {estimator, true, false});
       const auto b = damping::fit_damping(other, {}, {estimator, true, false});
       const auto near = [](double x, double y) {

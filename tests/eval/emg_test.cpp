@@ -9,7 +9,7 @@
 namespace carillon::eval {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+constexpr double pi = std::numbers::pi;
 
 struct Reference {
   double u, kappa, value, mu, sigma, exponential;
@@ -92,7 +92,7 @@ TEST(EmgDensity, HasThePapersGradient) {
     const double rest = *rc::gen::inRange(-3000, 6000) * 1e-3;  // d - c
     const double s = (eta * sigma * sigma - rest) / (std::sqrt(2) * sigma);
     RC_PRE(std::abs(s) < 5);
-    const double t = -2 / (std::sqrt(kPi) * std::exp(s * s) * std::erfc(s));
+    const double t = -2 / (std::sqrt(pi) * std::exp(s * s) * std::erfc(s));
     const double by_eta = 1 / eta + eta * sigma * sigma - rest + t * sigma / std::sqrt(2);
     const double by_sigma =
         eta * eta * sigma + t * (eta * sigma * sigma + rest) / (std::sqrt(2) * sigma * sigma);
@@ -130,7 +130,7 @@ TEST(EmgDensity, EndsAsItsParts) {
     // The exponential vanishes: a normal distribution.
     const double u = x / 10;
     const damping::EmgDensity normal = damping::emg_log_density(u, 0, 1, 1e12);
-    RC_ASSERT(std::abs(normal.value + u * u / 2 + 0.5 * std::log(2 * kPi)) < 1e-10);
+    RC_ASSERT(std::abs(normal.value + u * u / 2 + 0.5 * std::log(2 * pi)) < 1e-10);
   }));
 }
 

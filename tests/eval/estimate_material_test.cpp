@@ -17,14 +17,14 @@ struct Truth {
   synth::damping::DampingModel damping;
 };
 /// Steel, glass and wood of the presets.
-const std::vector<Truth> kMaterials = {
+const std::vector<Truth> materials = {
     {"steel", 2.0e11 / 7850, synth::damping::rayleigh_damping(5, 3e-8)},
     {"glass", 6.2e10 / 2600, synth::damping::rayleigh_damping(1, 1e-7)},
     {"wood", 1.1e10 / 750, synth::damping::rayleigh_damping(60, 2e-6)},
 };
 
 enum class Body { bar, plate, ring };
-const Body kBodies[] = {Body::bar, Body::plate, Body::ring};
+const Body bodies[] = {Body::bar, Body::plate, Body::ring};
 
 material::StruckModes body(Body shape, double modulus, double size = 1) {
   switch (shape) {
@@ -65,8 +65,8 @@ double error_of(double found, double truth) {
 }
 
 TEST(EstimateMaterial, FindsTheTruthOfCleanClips) {
-  for (const Truth& truth : kMaterials) {
-    for (const Body shape : kBodies) {
+  for (const Truth& truth : materials) {
+    for (const Body shape : bodies) {
       SCOPED_TRACE(fmt::format("{}, object {}", truth.name, static_cast<int>(shape)));
       const auto recorded = test::record(tones_of(shape, truth));
       const auto found = estimate_from(recorded, body(shape, 1e7));
@@ -90,8 +90,8 @@ TEST(EstimateMaterial, FindsTheTruthOfCleanClips) {
 }
 
 TEST(EstimateMaterial, StandsNoiseAndModesThatDoNotSound) {
-  for (const Truth& truth : kMaterials) {
-    for (const Body shape : kBodies) {
+  for (const Truth& truth : materials) {
+    for (const Body shape : bodies) {
       SCOPED_TRACE(fmt::format("{}, object {}", truth.name, static_cast<int>(shape)));
       const auto recorded =
           test::record(tones_of(shape, truth), {.snr = 30, .missing = 0.3, .seed = 3});
@@ -106,7 +106,7 @@ TEST(EstimateMaterial, StandsNoiseAndModesThatDoNotSound) {
 TEST(EstimateMaterial, StaysNearWhenTheBodyIsNotTheMesh) {
   // One per cent of scatter in every frequency and 3 dB in every amplitude: a modulus goes with the
   // square, and the mean of n features is off by 2 % / sqrt(n).
-  const Truth& truth = kMaterials[1];
+  const Truth& truth = materials[1];
   auto tones = tones_of(Body::plate, truth);
   core::RandomStream random(5, 0, "test.scatter");
   for (features::Feature& tone : tones) {
@@ -123,7 +123,7 @@ TEST(EstimateMaterial, StaysNearWhenTheBodyIsNotTheMesh) {
 TEST(EstimateMaterial, TrustsSpectrogramsAsFarAsTheyAgree) {
   // Amplitudes scattered by 6 dB and a tenth of the modes missing: a bare Pi_psycho would be made
   // smaller by wrong damping.
-  const Truth& truth = kMaterials[1];
+  const Truth& truth = materials[1];
   auto tones = tones_of(Body::plate, truth);
   core::RandomStream random(7, 0, "test.scatter");
   for (features::Feature& tone : tones) tone.amplitude *= std::pow(10, 6 * random.normal() / 20);
@@ -142,7 +142,7 @@ TEST(EstimateMaterial, TrustsSpectrogramsAsFarAsTheyAgree) {
 }
 
 TEST(EstimateMaterial, TakesALargerBodyForASofterOne) {
-  const Truth& truth = kMaterials[0];
+  const Truth& truth = materials[0];
   const auto recorded = test::record(tones_of(Body::bar, truth, 1.01));
   const auto found = estimate_from(recorded, body(Body::bar, 1e7));
   EXPECT_NEAR(found.candidate.specific_modulus / truth.specific_modulus, 1 / (1.01 * 1.01), 2e-4);
@@ -150,7 +150,7 @@ TEST(EstimateMaterial, TakesALargerBodyForASofterOne) {
 }
 
 TEST(EstimateMaterial, DoesNotDependOnGain) {
-  const auto recorded = test::record(tones_of(Body::ring, kMaterials[1]), {.snr = 40});
+  const auto recorded = test::record(tones_of(Body::ring, materials[1]), {.snr = 40});
   auto quiet = recorded;
   for (double& sample : quiet.samples) sample *= 0.01;
   for (double& sample : quiet.set.residual) sample *= 0.01;
@@ -192,7 +192,7 @@ TEST(EstimateMaterial, FindsEveryModel) {
 }
 
 TEST(EstimateMaterial, HearsAccelerationAsMicrophonesDo) {
-  const Truth& truth = kMaterials[2];
+  const Truth& truth = materials[2];
   const auto recorded = test::record(
       tones_of(Body::plate, truth, 1, material::HeardMotion::acceleration), {.snr = 40});
   material::MaterialOptions options;
@@ -205,7 +205,7 @@ TEST(EstimateMaterial, HearsAccelerationAsMicrophonesDo) {
 }
 
 TEST(EstimateMaterial, IsTheSameForTheSameSeed) {
-  const auto recorded = test::record(tones_of(Body::ring, kMaterials[0]), {.snr = 20, .seed = 9});
+  const auto recorded = test::record(tones_of(Body::ring, materials[0]), {.snr = 20, .seed = 9});
   const auto one = estimate_from(recorded, body(Body::ring, 1e7));
   const auto again = estimate_from(recorded, body(Body::ring, 1e7));
   EXPECT_EQ(one.candidate.specific_modulus, again.candidate.specific_modulus);
@@ -218,7 +218,7 @@ TEST(EstimateMaterial, SaysWhenModesEndBelowTheFeatures) {
   few.eigenvalues.resize(14);
   few.gains.resize(14);
   few.complete_to_hz = std::sqrt(few.eigenvalues.back()) / (2 * M_PI);
-  const auto found = estimate_from(test::record(tones_of(Body::plate, kMaterials[2])), few);
+  const auto found = estimate_from(test::record(tones_of(Body::plate, materials[2])), few);
   const bool said = std::any_of(found.remarks.begin(), found.remarks.end(), [](const auto& remark) {
     return remark.find("--max-frequency") != std::string::npos;
   });

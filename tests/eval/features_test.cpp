@@ -11,7 +11,7 @@
 namespace carillon::eval {
 namespace {
 
-constexpr double kContact = 0.003;  // as FeatureOptions has it
+constexpr double contact = 0.003;  // as FeatureOptions has it
 
 /// Modes spread over the audible band in the logarithm, random in all else.
 std::vector<Partial> random_partials(std::size_t count, TestRandom& random) {
@@ -68,7 +68,7 @@ TEST_P(NoisyMode, IsWithinOneAndAHalfCramerRaoBounds) {
     const ClipShape shape{44100, 1, 0};
     std::vector<double> samples = strike_clip({&partial, 1}, shape);
     const double noise = add_noise(samples, shape, GetParam(), random);
-    bound = cramer_rao({&partial, 1}, shape, kContact, noise)[0];
+    bound = cramer_rao({&partial, 1}, shape, contact, noise)[0];
     // In loud noise the onset is not found to the sample; here the bound is what is asked for.
     features::FeatureOptions options;
     options.onset = 0;
@@ -105,7 +105,7 @@ TEST_P(Pair, IsResolvedWhereTheBoundAllows) {
     const ClipShape shape{44100, 1, 0};
     std::vector<double> samples = strike_clip(pair, shape);
     const double noise = add_noise(samples, shape, snr, random);
-    const auto bounds = cramer_rao(pair, shape, kContact, noise);
+    const auto bounds = cramer_rao(pair, shape, contact, noise);
     if (std::max(bounds[0].frequency, bounds[1].frequency) > split / 4) continue;
     ++allowed;
     features::FeatureOptions options;

@@ -12,7 +12,7 @@
 namespace carillon::eval {
 namespace {
 
-constexpr double kHertz[] = {500, 2000, 8000};
+constexpr double hertz[] = {500, 2000, 8000};
 
 /// Relative errors of the fitted decay rate at three frequencies.
 struct Errors {
@@ -29,8 +29,8 @@ Errors errors_of(const Draw& draw, damping::Estimator estimator, std::uint64_t r
     EXPECT_TRUE(fit.converged) << repetition;
     const auto c = synth::damping::damping_function(fit.model);
     for (std::size_t i = 0; i < 3; ++i) {
-      const double omega = 2 * std::numbers::pi * kHertz[i];
-      const double error = c(omega * omega) / 2 / true_decay_rate(kHertz[i]) - 1;
+      const double omega = 2 * std::numbers::pi * hertz[i];
+      const double error = c(omega * omega) / 2 / true_decay_rate(hertz[i]) - 1;
       errors.bias[i] += error / static_cast<double>(repetitions);
       if (i == 0) absolute.push_back(std::abs(error));
     }
@@ -47,7 +47,7 @@ void expect_bias(const Draw& draw, damping::Estimator estimator, const std::vect
   for (std::size_t i = 0; i < 3; ++i) {
     EXPECT_NEAR(100 * errors.bias[i], percent[i], tolerance)
         << draw.points << " points, sigma " << draw.sigma << ", tau " << draw.tau << ", "
-        << kHertz[i] << " Hz";
+        << hertz[i] << " Hz";
   }
 }
 

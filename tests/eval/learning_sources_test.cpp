@@ -30,14 +30,14 @@ TEST(SeveralSources, HaveEveryStrikeInOnePart) {
   }
 }
 
-TEST(SeveralSources, HaveEveryBodyInOnePartWhereBodiesAreHeldOut) {
+TEST(SeveralSources, HaveEveryObjectInOnePartWhereObjectsAreHeldOut) {
   MadeSource one(30, 3), other(30, 3);
   // Objects 0, 1 and 2 in turn; in the other one object 2 is tested.
   one.columns["split_shape"] = other.columns["split_shape"] = std::vector<std::string>(30, "train");
   for (std::size_t i = 2; i < 30; i += 3) other.columns["split_shape"][i] = "test";
   EXPECT_THROW(require(one, other, "split_shape"), core::InputError);
-  other.columns["body"] = one.labels("body");
-  for (std::size_t i = 2; i < 30; i += 3) other.columns["body"][i] = "another";
+  other.columns["object"] = one.labels("object");
+  for (std::size_t i = 2; i < 30; i += 3) other.columns["object"][i] = "another";
   require(one, other, "split_shape");
 }
 

@@ -16,17 +16,17 @@
 namespace carillon::eval {
 namespace {
 
-constexpr double kRate = 48000;
-constexpr double kTurn = 2 * std::numbers::pi;
+constexpr double audio_rate = 48000;
+constexpr double turn = 2 * std::numbers::pi;
 
 /// a exp(-d t) cos(2 pi f t + phase) from sample 0 on.
 std::vector<double> ring(double frequency, double decay_rate, double amplitude, double phase,
                          std::size_t count) {
   std::vector<double> samples;
   for (std::size_t n = 0; n < count; ++n) {
-    const double t = static_cast<double>(n) / kRate;
+    const double t = static_cast<double>(n) / audio_rate;
     samples.push_back(amplitude * std::exp(-decay_rate * t) *
-                      std::cos(kTurn * frequency * t + phase));
+                      std::cos(turn * frequency * t + phase));
   }
   return samples;
 }
@@ -41,11 +41,11 @@ double closed_form(double frequency, double decay_rate, double amplitude, double
   const auto first = static_cast<double>(stretch.first);
   Complex sum = 0;
   for (const double side : {-1.0, 1.0}) {
-    const Complex pole(-decay_rate / kRate, side * kTurn * frequency / kRate);
+    const Complex pole(-decay_rate / audio_rate, side * turn * frequency / audio_rate);
     const Complex start = 0.5 * amplitude * std::polar(1.0, side * phase) * std::exp(pole * first);
     for (int term = -3; term <= 3; ++term) {
       const double weight = terms[std::abs(term)] * (term == 0 ? 1 : 0.5);
-      const Complex ratio = std::exp(pole + Complex(0, kTurn * (term / count - at / kRate)));
+      const Complex ratio = std::exp(pole + Complex(0, turn * (term / count - at / audio_rate)));
       sum += weight * start * (1.0 - std::pow(ratio, count)) / (1.0 - ratio);
     }
   }
@@ -56,9 +56,10 @@ TEST(WindowSpectrum, OfADecayingSinusoidIsItsClosedForm) {
   const recorded::Stretch stretch;
   for (const auto& [frequency, decay] : {std::pair(1234.5, 0.0), {440.0, 30.0}, {9876.0, 300.0}}) {
     const auto samples = ring(frequency, decay, 0.7, 0.4, 4000);
-    const recorded::WindowSpectrum spectrum = recorded::window_spectrum(samples, kRate, stretch);
+    const recorded::WindowSpectrum spectrum =
+        recorded::window_spectrum(samples, audio_rate, stretch);
     ASSERT_EQ(spectrum.amplitudes.size(), 2970U / 2 + 1);
-    EXPECT_DOUBLE_EQ(spectrum.bin_width, kRate / 2970);
+    EXPECT_DOUBLE_EQ(spectrum.bin_width, audio_rate / 2970);
     for (std::size_t bin = 0; bin < spectrum.amplitudes.size(); ++bin) {
       const double truth = closed_form(frequency, decay, 0.7, 0.4, stretch,
                                        static_cast<double>(bin) * spectrum.bin_width);
@@ -68,8 +69,8 @@ TEST(WindowSpectrum, OfADecayingSinusoidIsItsClosedForm) {
 }
 
 TEST(WindowSpectrum, ShowsALastingTonesAmplitudeAndHidesItsSideLobes) {
-  const double frequency = 200 * kRate / 2970;  // in the middle of a bin
-  const auto spectrum = recorded::window_spectrum(ring(frequency, 0, 0.3, 1, 3000), kRate);
+  const double frequency = 200 * audio_rate / 2970;  // in the middle of a bin
+  const auto spectrum = recorded::window_spectrum(ring(frequency, 0, 0.3, 1, 3000), audio_rate);
   EXPECT_NEAR(spectrum.amplitudes[200], 0.3, 1e-6);
   for (std::size_t bin = 210; bin < 1480; ++bin) EXPECT_LT(spectrum.amplitudes[bin], 0.3e-4);
 }
@@ -78,14 +79,15 @@ TEST(WindowSpectrum, CountsWhatIsMissingAsSilenceAndRefusesWhatIsNoSound) {
   const auto samples = ring(1000, 50, 1, 0, 1500);
   auto padded = samples;
   padded.resize(3000);
-  EXPECT_EQ(recorded::window_spectrum(samples, kRate).amplitudes,
-            recorded::window_spectrum(padded, kRate).amplitudes);
-  EXPECT_EQ(recorded::window_spectrum({}, kRate).amplitudes[7], 0);
-  EXPECT_TRUE(recorded::highest_peaks(recorded::window_spectrum({}, kRate), 10, 20).empty());
+  EXPECT_EQ(recorded::window_spectrum(samples, audio_rate).amplitudes,
+            recorded::window_spectrum(padded, audio_rate).amplitudes);
+  EXPECT_EQ(recorded::window_spectrum({}, audio_rate).amplitudes[7], 0);
+  EXPECT_TRUE(recorded::highest_peaks(recorded::window_spectrum({}, audio_rate), 10, 20).empty());
   padded[100] = std::nan("");
-  EXPECT_THROW(recorded::window_spectrum(padded, kRate), core::InputError);
+  EXPECT_THROW(recorded::window_spectrum(padded, audio_rate), core::InputError);
   EXPECT_THROW(recorded::window_spectrum(samples, 0), core::InputError);
-  EXPECT_THROW(recorded::window_spectrum(samples, kRate, {.first = 5, .end = 6}), core::InputError);
+  EXPECT_THROW(recorded::window_spectrum(samples, audio_rate, {.first = 5, .end = 6}),
+               core::InputError);
 }
 
 /// A peak lies where the closed form of the transform has its maximum, to a hundredth of a bin, and
@@ -94,7 +96,8 @@ RC_GTEST_PROP(HighestPeaks, LieWhereTheTransformIsHighest, ()) {
   const double frequency = *rc::gen::inRange(300, 20000) + 0.137 * *rc::gen::inRange(0, 8);
   const double decay = *rc::gen::inRange(0, 60);
   const double phase = 0.1 * *rc::gen::inRange(0, 60);
-  const auto spectrum = recorded::window_spectrum(ring(frequency, decay, 1, phase, 3000), kRate);
+  const auto spectrum =
+      recorded::window_spectrum(ring(frequency, decay, 1, phase, 3000), audio_rate);
   const auto peaks = recorded::highest_peaks(spectrum, 1, 20);
   RC_ASSERT(peaks.size() == 1U);
   const auto height = [&](double at) { return closed_form(frequency, decay, 1, phase, {}, at); };
@@ -116,7 +119,7 @@ TEST(HighestPeaks, AreTheHighestInOrderOfFrequency) {
     const auto tone = ring(frequency, 5, amplitude, 0.3, samples.size());
     for (std::size_t n = 0; n < samples.size(); ++n) samples[n] += tone[n];
   }
-  const auto spectrum = recorded::window_spectrum(samples, kRate);
+  const auto spectrum = recorded::window_spectrum(samples, audio_rate);
   const auto three = recorded::highest_peaks(spectrum, 3, 100);
   ASSERT_EQ(three.size(), 3U);
   EXPECT_NEAR(three[0].frequency, 500, 1);

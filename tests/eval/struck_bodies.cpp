@@ -12,7 +12,7 @@ namespace carillon::test {
 
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+constexpr double pi = std::numbers::pi;
 
 /// Sorted by eigenvalue, the lowest `count`.
 eval::material::StruckModes sorted(std::vector<std::array<double, 2>> modes,
@@ -21,7 +21,7 @@ eval::material::StruckModes sorted(std::vector<std::array<double, 2>> modes,
   modes.resize(std::min(count, modes.size()));
   eval::material::StruckModes struck;
   struck.specific_modulus = specific_modulus;
-  struck.complete_to_hz = std::sqrt(modes.back()[0]) / (2 * kPi);
+  struck.complete_to_hz = std::sqrt(modes.back()[0]) / (2 * pi);
   for (const auto& [eigenvalue, gain] : modes) {
     struck.eigenvalues.push_back(eigenvalue);
     struck.gains.push_back(gain);
@@ -37,10 +37,9 @@ eval::material::StruckModes free_bar(double specific_modulus, double length, dou
   const double at = 0.13;  // of the length, from the middle
   for (std::size_t n = 1; n <= count; ++n) {
     // cosh k cos k = 1: k is near (n + 1/2) pi, and nearer with every mode.
-    double k = (static_cast<double>(n) + 0.5) * kPi;
+    double k = (static_cast<double>(n) + 0.5) * pi;
     for (int i = 0; i < 50; ++i) {
-      k = (static_cast<double>(n) + 0.5) * kPi +
-          (n % 2 == 1 ? 1 : -1) * std::asin(1 / std::cosh(k));
+      k = (static_cast<double>(n) + 0.5) * pi + (n % 2 == 1 ? 1 : -1) * std::asin(1 / std::cosh(k));
     }
     const double shape =
         n % 2 == 1 ? std::cos(k * at) + std::cos(k / 2) / std::cosh(k / 2) * std::cosh(k * at)
@@ -56,8 +55,8 @@ eval::material::StruckModes hinged_plate(double specific_modulus, double length,
   std::vector<std::array<double, 2>> modes;
   for (int m = 1; m <= 30; ++m) {
     for (int n = 1; n <= 30; ++n) {
-      const double wave = kPi * kPi * (m * m / (length * length) + n * n / (width * width));
-      const double shape = std::sin(0.37 * kPi * m) * std::sin(0.23 * kPi * n);
+      const double wave = pi * pi * (m * m / (length * length) + n * n / (width * width));
+      const double shape = std::sin(0.37 * pi * m) * std::sin(0.23 * pi * n);
       modes.push_back({specific_modulus * thickness * thickness / (12 * (1 - 0.0625)) * wave * wave,
                        shape * shape});
     }
@@ -85,12 +84,12 @@ Recorded record(const std::vector<eval::features::Feature>& tones, const Recorde
   recorded.samples.assign(count, 0);
   // Every tone draws alike, so that the rest stay the same when some are left out.
   for (const eval::features::Feature& tone : tones) {
-    const double phase = options.random_phases ? random.uniform(0, 2 * kPi) : 0;
+    const double phase = options.random_phases ? random.uniform(0, 2 * pi) : 0;
     if (random.uniform() < options.missing) continue;
     for (std::size_t i = 0; i < count; ++i) {
       const double t = static_cast<double>(i) / options.sample_rate;
       recorded.samples[i] += tone.amplitude * std::exp(-tone.decay_rate * t) *
-                             std::cos(2 * kPi * tone.frequency * t + phase);
+                             std::cos(2 * pi * tone.frequency * t + phase);
     }
     set.features.push_back(tone);
     set.features.back().phase = phase;

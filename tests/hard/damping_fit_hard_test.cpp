@@ -16,9 +16,9 @@ namespace carillon::eval {
 namespace {
 
 using enum damping::Estimator;
-constexpr damping::Estimator kEstimators[] = {emg, emg_relative, least_squares, lower_bound};
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr damping::Estimator estimators[] = {emg, emg_relative, least_squares, lower_bound};
+constexpr double na_n = std::numeric_limits<double>::quiet_NaN();
+constexpr double infinite = std::numeric_limits<double>::infinity();
 
 double at_hertz(double f) {
   return std::pow(2 * std::numbers::pi * f, 2);
@@ -68,13 +68,13 @@ void expect_sound(const damping::DampingFit& found) {
 
 TEST(DampingFitHard, OneFeature) {
   const damping::DampingData one{{at_hertz(1000)}, {12}, {}};
-  for (const damping::Estimator estimator : kEstimators) {
+  for (const damping::Estimator estimator : estimators) {
     expect_contains(refusal(one, "rayleigh", estimator), "1 feature, but rayleigh damping has 2");
   }
   expect_contains(refusal(one, "caughey:1", emg), "sigma and eta are sought too");
   const damping::DampingFit constant = fit(one, "caughey:1", least_squares);
   EXPECT_NEAR(constant.model.parameters[0], 12, 1e-12);
-  EXPECT_EQ(constant.confidence95[0].high, kInfinity);
+  EXPECT_EQ(constant.confidence95[0].high, infinite);
   EXPECT_TRUE(remarks_on(constant, "as many points as parameters"));
   EXPECT_NEAR(fit(one, "caughey:1", lower_bound).model.parameters[0], 12, 1e-12);
 }
@@ -96,14 +96,14 @@ TEST(DampingFitHard, IdenticalFeatures) {
     same.eigenvalues.push_back(at_hertz(800));
     same.coefficients.push_back(9);
   }
-  for (const damping::Estimator estimator : kEstimators) {
+  for (const damping::Estimator estimator : estimators) {
     expect_contains(refusal(same, "rayleigh", estimator), "features at 1 frequency only");
     const damping::DampingFit found = fit(same, "caughey:1", estimator);
     expect_sound(found);
     EXPECT_NEAR(found.model.parameters[0], 9, 9 * rounding(estimator, 1e-7))
         << damping::name_of(estimator);
   }
-  EXPECT_EQ(fit(same, "caughey:1", emg).eta, kInfinity);
+  EXPECT_EQ(fit(same, "caughey:1", emg).eta, infinite);
 }
 
 TEST(DampingFitHard, FeaturesWithoutExternalDamping) {
@@ -147,7 +147,7 @@ TEST(DampingFitHard, EtaToInfinity) {
   const damping::DampingFit found = fit(data, "rayleigh", emg);
   const damping::DampingFit squares = fit(data, "rayleigh", least_squares);
   expect_sound(found);
-  EXPECT_EQ(found.eta, kInfinity);
+  EXPECT_EQ(found.eta, infinite);
   EXPECT_EQ(found.sigma, squares.sigma);
   EXPECT_EQ(found.model, squares.model);
   EXPECT_TRUE(remarks_on(found, "no excess damping can be seen"));
@@ -172,7 +172,7 @@ TEST(DampingFitHard, FrequenciesOfSixDecades) {
       const double c = 10 + 4e-8 * at_hertz(f);
       data.coefficients.push_back(c * (1 + 0.01 * random.normal()) - std::log1p(-random.uniform()));
     }
-    for (const damping::Estimator estimator : kEstimators) {
+    for (const damping::Estimator estimator : estimators) {
       const damping::DampingFit found = fit(data, law, estimator);
       SCOPED_TRACE(std::string(law) + ", " + damping::name_of(estimator));
       expect_sound(found);
@@ -197,7 +197,7 @@ TEST(DampingFitHard, CaugheyWithAlternatingSigns) {
       data.eigenvalues.push_back(at_hertz(random.log_uniform(100, 1e4)));
     data.coefficients = synth::damping::damping_coefficients(truth, data.eigenvalues);
     const std::vector<double> exact = data.coefficients;
-    for (const damping::Estimator estimator : kEstimators) {
+    for (const damping::Estimator estimator : estimators) {
       data.coefficients = exact;
       const damping::DampingFit found = fit(data, "caughey:3", estimator);
       expect_sound(found);
@@ -214,8 +214,8 @@ TEST(DampingFitHard, CaugheyWithAlternatingSigns) {
 }
 
 TEST(DampingFitHard, ValuesThatAreNoDamping) {
-  for (const double bad : {kNaN, -3.0, 0.0, kInfinity}) {
-    for (const damping::Estimator estimator : kEstimators) {
+  for (const double bad : {na_n, -3.0, 0.0, infinite}) {
+    for (const damping::Estimator estimator : estimators) {
       damping::DampingData data = drawn_features({20, 1, 10}, 0);
       data.coefficients[7] = bad;
       expect_contains(refusal(data, "rayleigh", estimator), "point 8 of the damping data has c =");
@@ -227,7 +227,7 @@ TEST(DampingFitHard, ValuesThatAreNoDamping) {
   }
   damping::DampingData data = drawn_features({20, 1, 10}, 0);
   data.errors.assign(20, 0.1);
-  data.errors[2] = kNaN;
+  data.errors[2] = na_n;
   expect_contains(refusal(data, "rayleigh", emg), "point 3 of the damping data has an error");
   data.errors.pop_back();
   expect_contains(refusal(data, "rayleigh", emg), "20 damping coefficients and 19 errors");
@@ -256,7 +256,7 @@ TEST(DampingFitHard, HugeAndTinyUnits) {
     damping::DampingData other = data;
     for (double& c : other.coefficients) c *= size;
     for (double& lambda : other.eigenvalues) lambda /= size;
-    for (const damping::Estimator estimator : kEstimators) {
+    for (const damping::Estimator estimator : estimators) {
       const damping::DampingFit plain = fit(data, "rayleigh", estimator);
       const damping::DampingFit found = fit(other, "rayleigh", estimator);
       expect_sound(found);

@@ -14,11 +14,11 @@ namespace {
 
 using Real = long double;
 using Complex = std::complex<Real>;
-constexpr double kPi = std::numbers::pi;
-constexpr double kRate = 44100;
+constexpr double pi = std::numbers::pi;
+constexpr double audio_rate = 44100;
 
 double at_hertz(double f) {
-  return std::pow(2 * kPi * f, 2);
+  return std::pow(2 * pi * f, 2);
 }
 
 bool contains(const std::string& text, const std::string& part) {
@@ -47,7 +47,7 @@ modal::RingDown struck(const solvers::modes::Modes& modes, const std::vector<dou
 
 std::vector<float> sound_of(const solvers::modes::Modes& modes, const std::vector<double>& d,
                             std::size_t count = 2000) {
-  return modal::synthesize(struck(modes, d), {0}, kRate, count);
+  return modal::synthesize(struck(modes, d), {0}, audio_rate, count);
 }
 
 /// q' of q'' + 2 d q' + lambda q = delta(t), from the poles; any damping but the critical one.
@@ -63,7 +63,7 @@ double worst_against_poles(const solvers::modes::Modes& modes, const std::vector
   for (std::size_t n = 0; n < sound.size(); ++n) {
     Real expected = 0;
     for (std::size_t i = 0; i < d.size(); ++i) {
-      expected += velocity(modes.eigenvalues[i], d[i], Real(n) / kRate);
+      expected += velocity(modes.eigenvalues[i], d[i], Real(n) / audio_rate);
     }
     worst = std::max(worst, std::abs(double(expected) - sound[n]));
   }
@@ -91,7 +91,7 @@ TEST(DampingHard, NoDampingRingsForEver) {
   EXPECT_TRUE(std::isinf(modal::t60(d[0])));
   const auto sound = sound_of(modes, d, 44100 * 20);
   for (std::size_t n = sound.size() - 1000; n < sound.size(); ++n) {
-    const Real t = Real(n) / kRate;
+    const Real t = Real(n) / audio_rate;
     ASSERT_NEAR(sound[n], std::cos(std::sqrt(Real(modes.eigenvalues[0])) * t), 1e-6);
   }
 }
@@ -103,7 +103,7 @@ TEST(DampingHard, PublishedOverCriticalSets) {
   for (const char* name : {"gpd_plastic_2_caughey", "gpd_aluminum_caughey"}) {
     const damping::DampingModel model = material::parse_material(name).damping;
     const auto d = damping::decay_rates(modes, std::span(&model, 1));
-    EXPECT_GT(d.back(), 2 * kPi * 20000) << name;
+    EXPECT_GT(d.back(), 2 * pi * 20000) << name;
     EXPECT_LT(worst_against_poles(modes, d), 3e-6) << name;
   }
 }
@@ -115,13 +115,13 @@ TEST(DampingHard, ContinuousThroughCritical) {
     double low = 1000, high = 9000;  // d < omega at one end, d > omega at the other
     while (high - low > 1e-9 * low) {
       const double middle = (low + high) / 2;
-      (c(at_hertz(middle)) / 2 < 2 * kPi * middle ? low : high) = middle;
+      (c(at_hertz(middle)) / 2 < 2 * pi * middle ? low : high) = middle;
     }
     const auto at = [&](double f) { return sound_of(modes_at({f}), {c(at_hertz(f)) / 2}, 200); };
     const auto critical = at(low);
-    const double omega = 2 * kPi * low;
+    const double omega = 2 * pi * low;
     for (std::size_t n = 0; n < critical.size(); ++n) {
-      const double t = double(n) / kRate;
+      const double t = double(n) / audio_rate;
       ASSERT_NEAR(critical[n], (1 - omega * t) * std::exp(-omega * t), 1e-6) << name;
     }
     for (const double step : {1e-3, 1e-5, 1e-7}) {
@@ -177,7 +177,7 @@ TEST(DampingHard, NegativeInTheBandDropped) {
   const damping::DecayRates rates = damping::clamped_decay_rates(g.modes, std::span(&g.model, 1));
   modal::RingDown rings = struck(g.modes, rates.values);
   modal::leave_out(rings, rates.negative);
-  const auto dropped = modal::synthesize(rings, {0}, kRate, 2000);
+  const auto dropped = modal::synthesize(rings, {0}, audio_rate, 2000);
   const auto others = sound_of(modes_at({500, 3100}), {rates.values[0], rates.values[3]});
   EXPECT_EQ(dropped, others);
   EXPECT_THROW(modal::leave_out(rings, std::vector<std::size_t>{4}), core::InputError);

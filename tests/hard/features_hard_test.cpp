@@ -13,9 +13,9 @@
 namespace carillon::eval {
 namespace {
 
-constexpr double kContact = 0.003;
-constexpr double kWithin = 5;  ///< Cramer-Rao bounds
-const std::vector<Partial> kThree = {{523, 8, 1, 0.3}, {1480, 15, 0.7, 1}, {3950, 60, 0.8, 2}};
+constexpr double contact = 0.003;
+constexpr double within = 5;  ///< Cramer-Rao bounds
+const std::vector<Partial> three = {{523, 8, 1, 0.3}, {1480, 15, 0.7, 1}, {3950, 60, 0.8, 2}};
 
 const features::Feature* nearest(const features::FeatureSet& set, double frequency) {
   const features::Feature* best = nullptr;
@@ -47,11 +47,11 @@ void expect_exact(const features::FeatureSet& set, std::span<const Partial> part
                   const ClipShape& shape, double noise) {
   EXPECT_EQ(set.nothing, "");
   ASSERT_EQ(set.features.size(), partials.size());
-  const std::vector<Bound> bounds = cramer_rao(partials, shape, kContact, noise);
+  const std::vector<Bound> bounds = cramer_rao(partials, shape, contact, noise);
   for (std::size_t i = 0; i < partials.size(); ++i) {
     const features::Feature* feature = nearest(set, partials[i].frequency);
-    EXPECT_NEAR(feature->frequency, partials[i].frequency, kWithin * bounds[i].frequency);
-    EXPECT_NEAR(feature->decay_rate, partials[i].decay_rate, kWithin * bounds[i].decay_rate)
+    EXPECT_NEAR(feature->frequency, partials[i].frequency, within * bounds[i].frequency);
+    EXPECT_NEAR(feature->decay_rate, partials[i].decay_rate, within * bounds[i].decay_rate)
         << partials[i].frequency << " Hz";
   }
 }
@@ -82,33 +82,33 @@ TEST(FeaturesHard, Constant) {
   // Beneath a strike it changes nothing.
   const ClipShape shape{44100, 1, 0.05};
   double noise = 0;
-  std::vector<double> samples = with_noise(kThree, shape, 60, 1, &noise);
+  std::vector<double> samples = with_noise(three, shape, 60, 1, &noise);
   for (double& sample : samples) sample += 0.25;
-  expect_exact(features::extract_features(samples, 44100), kThree, shape, noise);
+  expect_exact(features::extract_features(samples, 44100), three, shape, noise);
 }
 
 TEST(FeaturesHard, ClippedAtHalfThePeak) {
   const ClipShape shape{44100, 1, 0.05};
-  std::vector<double> samples = with_noise(kThree, shape, 60, 2);
+  std::vector<double> samples = with_noise(three, shape, 60, 2);
   double peak = 0;
   for (const double sample : samples) peak = std::max(peak, std::abs(sample));
   for (double& sample : samples) sample = std::clamp(sample, -0.5 * peak, 0.5 * peak);
   const features::FeatureSet set = features::extract_features(samples, 44100);
   EXPECT_GT(set.clipped, 20u);
-  EXPECT_GT(set.begin, set.onset + kContact);
+  EXPECT_GT(set.begin, set.onset + contact);
   EXPECT_TRUE(remarks_on(set, "samples are clipped: left out up to"));
   const auto begin = samples.begin() + std::lround(set.begin * 44100);
   EXPECT_EQ(std::count_if(begin, samples.end(),
                           [&](double sample) { return std::abs(sample) == 0.5 * peak; }),
             0);
-  expect_decay_rates(set, kThree, 0.02);
+  expect_decay_rates(set, three, 0.02);
 }
 
 TEST(FeaturesHard, NoNumbers) {
   for (const double bad :
        {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(),
         -std::numeric_limits<double>::infinity()}) {
-    std::vector<double> samples = strike_clip(kThree, {44100, 1, 0});
+    std::vector<double> samples = strike_clip(three, {44100, 1, 0});
     samples[22050] = bad;
     std::string message = "none";
     try {
@@ -125,11 +125,11 @@ TEST(FeaturesHard, TooShort) {
   expect_nothing(features::extract_features(std::vector<double>{0.5}, 44100),
                  "too short: 1 sample");
   const features::FeatureSet few =
-      features::extract_features(strike_clip(kThree, {44100, 0.01, 0}), 44100);
+      features::extract_features(strike_clip(three, {44100, 0.01, 0}), 44100);
   expect_nothing(few, "too short: 441 samples");
   // Long enough, but for the part after the strike.
   const features::FeatureSet late =
-      features::extract_features(strike_clip(kThree, {44100, 0.5, 0.49}), 44100);
+      features::extract_features(strike_clip(three, {44100, 0.5, 0.49}), 44100);
   EXPECT_TRUE(late.features.empty());
   EXPECT_EQ(late.nothing.rfind("too short: ", 0), 0u) << late.nothing;
   EXPECT_NE(late.nothing.find("ms after the strike"), std::string::npos) << late.nothing;
@@ -176,8 +176,8 @@ TEST(FeaturesHard, TonesNearHalfTheRate) {
 
 TEST(FeaturesHard, TwoImpacts) {
   const ClipShape shape{44100, 1.5, 0.05};
-  std::vector<double> samples = with_noise(kThree, shape, 60, 5);
-  const std::vector<double> again = strike_clip(kThree, {44100, 1.5, 0.6});
+  std::vector<double> samples = with_noise(three, shape, 60, 5);
+  const std::vector<double> again = strike_clip(three, {44100, 1.5, 0.6});
   for (std::size_t n = 0; n < samples.size(); ++n) samples[n] += 0.8 * again[n];
   const features::FeatureSet set = features::extract_features(samples, 44100);
   EXPECT_NEAR(set.onset, 0.05, 1e-3);
@@ -185,16 +185,16 @@ TEST(FeaturesHard, TwoImpacts) {
   EXPECT_LE(set.end, 0.6);
   EXPECT_TRUE(remarks_on(set, "another strike at 0.60") ||
               remarks_on(set, "another strike at 0.59"));
-  expect_decay_rates(set, kThree, 0.01);
+  expect_decay_rates(set, three, 0.01);
 }
 
 TEST(FeaturesHard, OnsetAtTheFirstSample) {
   const ClipShape shape{44100, 1, 0};
   double noise = 0;
-  const std::vector<double> samples = with_noise(kThree, shape, 60, 6, &noise);
+  const std::vector<double> samples = with_noise(three, shape, 60, 6, &noise);
   const features::FeatureSet set = features::extract_features(samples, 44100);
   EXPECT_NEAR(set.onset, 0, 1e-3);
-  expect_exact(set, kThree, shape, noise);
+  expect_exact(set, three, shape, noise);
 }
 
 TEST(FeaturesHard, HumAlone) {
@@ -243,10 +243,10 @@ TEST(FeaturesHard, AlreadyRinging) {
 
 TEST(FeaturesHard, TwentyStepsOfInt16) {
   const ClipShape shape{44100, 1, 0.05};
-  std::vector<double> samples = strike_clip(kThree, shape);
+  std::vector<double> samples = strike_clip(three, shape);
   double peak = 0;
   for (const double sample : samples) peak = std::max(peak, std::abs(sample));
-  std::vector<Partial> partials = kThree;
+  std::vector<Partial> partials = three;
   for (Partial& partial : partials) partial.amplitude *= 20 / peak;
   // Rounding with triangular dither is white noise of half a step.
   TestRandom random(11);
@@ -295,10 +295,10 @@ TEST(FeaturesHard, NotDecayedAtTheEnd) {
 
 TEST(FeaturesHard, WithoutAnyNoise) {
   const features::FeatureSet set =
-      features::extract_features(strike_clip(kThree, {44100, 1, 0.05}), 44100);
+      features::extract_features(strike_clip(three, {44100, 1, 0.05}), 44100);
   EXPECT_TRUE(set.hums.empty());
-  ASSERT_EQ(set.features.size(), kThree.size());
-  for (const Partial& partial : kThree) {
+  ASSERT_EQ(set.features.size(), three.size());
+  for (const Partial& partial : three) {
     const features::Feature* feature = nearest(set, partial.frequency);
     EXPECT_NEAR(feature->frequency / partial.frequency, 1, 1e-7);
     EXPECT_NEAR(feature->decay_rate / partial.decay_rate, 1, 1e-5);

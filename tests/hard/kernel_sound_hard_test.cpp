@@ -18,8 +18,8 @@ namespace carillon::synth {
 namespace {
 
 using Real = long double;
-constexpr Real kPi = std::numbers::pi_v<long double>;
-constexpr double kRate = 44100;
+constexpr Real pi = std::numbers::pi_v<long double>;
+constexpr double audio_rate = 44100;
 
 modal::RingDown velocity_of(std::vector<double> lambda, std::vector<double> d) {
   modal::RingDown rings;
@@ -60,7 +60,7 @@ Real pulse_velocity(Real lambda, Real d, Real T, Real t) {
   using Number = std::complex<Real>;
   const Number root = std::sqrt(Number(d * d - lambda));
   const Number s2 = -d - root, s1 = lambda / s2;
-  const Real turn = 2 * kPi / T;
+  const Real turn = 2 * pi / T;
   const Real until = std::min(t, T);
   const auto convolution = [&](Number s) {
     const auto part = [&](Number frequency) {
@@ -77,7 +77,7 @@ double deviation(const modal::RingDown& rings, const std::vector<float>& sound,
                  std::size_t begin = 0) {
   double peak = 0, worst = 0;
   for (std::size_t n = begin; n < sound.size(); ++n) {
-    const Real expected = impulse_velocity(rings, Real(n) / Real(kRate));
+    const Real expected = impulse_velocity(rings, Real(n) / Real(audio_rate));
     peak = std::max(peak, double(std::abs(expected)));
     worst = std::max(worst, double(std::abs(expected - Real(sound[n]))));
   }
@@ -90,23 +90,23 @@ TEST(KernelHard, NoDampingRingsOnForTheWholeClip) {
     lambda.push_back(std::pow(2 * std::numbers::pi * f, 2));
   }
   const modal::RingDown rings = velocity_of(lambda, std::vector<double>(lambda.size(), 0));
-  EXPECT_LT(deviation(rings, modal::synthesize(rings, {0}, kRate, 200000)), 1e-6);
+  EXPECT_LT(deviation(rings, modal::synthesize(rings, {0}, audio_rate, 200000)), 1e-6);
 }
 
 TEST(KernelHard, DampingAtAndBeyondCritical) {
   const double omega = 2 * std::numbers::pi * 200;
   for (const double ratio : {0.999999999, 1.0, 1.000000001, 1.0049, 1.0051, 3.0, 1e3, 1e9}) {
     const modal::RingDown rings = velocity_of({omega * omega}, {ratio * omega});
-    const auto sound = modal::synthesize(rings, {0}, kRate, 4000);
+    const auto sound = modal::synthesize(rings, {0}, audio_rate, 4000);
     // Beyond 1e9 times critical the closed form above loses its digits, not the kernel.
     EXPECT_LT(deviation(rings, sound), ratio < 1e6 ? 1e-6 : 1e-3) << ratio;
     // At the critical damping itself the poles are one: 1e-9 beside it they can be told apart.
     const Real lambda = Real(rings.eigenvalues[0]) * (ratio == 1 ? 1 - 1e-9L : 1);
-    const auto struck = modal::synthesize(rings, {1e-3}, kRate, 4000);
+    const auto struck = modal::synthesize(rings, {1e-3}, audio_rate, 4000);
     double peak = 0, worst = 0;
     for (std::size_t n = 0; n < struck.size(); ++n) {
       const Real expected =
-          pulse_velocity(lambda, rings.decay_rates[0], 1e-3, Real(n) / Real(kRate));
+          pulse_velocity(lambda, rings.decay_rates[0], 1e-3, Real(n) / Real(audio_rate));
       peak = std::max(peak, double(std::abs(expected)));
       worst = std::max(worst, double(std::abs(expected - Real(struck[n]))));
     }
@@ -120,14 +120,14 @@ TEST(KernelHard, TwoModesOneBillionthApart) {
   const double omega = 2 * std::numbers::pi * 1000;
   const double other = omega * (1 + 1e-9);
   modal::RingDown rings = velocity_of({omega * omega, other * other}, {1, 1});
-  EXPECT_LT(deviation(rings, modal::synthesize(rings, {0}, kRate, 40000)), 1e-6);
+  EXPECT_LT(deviation(rings, modal::synthesize(rings, {0}, audio_rate, 40000)), 1e-6);
   rings.readout.velocity(0, 1) = -1;
-  const auto beat = modal::synthesize(rings, {0}, kRate, 441000);
+  const auto beat = modal::synthesize(rings, {0}, audio_rate, 441000);
   const Real first = std::sqrt(Real(rings.eigenvalues[0]) - 1);
   const Real second = std::sqrt(Real(rings.eigenvalues[1]) - 1);
   double peak = 0, worst = 0;
   for (std::size_t n = 0; n < beat.size(); ++n) {
-    const Real t = Real(n) / Real(kRate);
+    const Real t = Real(n) / Real(audio_rate);
     // cos a - cos b, and the same of the small sine part.
     const Real expected =
         std::exp(-t) *
@@ -142,17 +142,17 @@ TEST(KernelHard, TwoModesOneBillionthApart) {
 }
 
 TEST(KernelHard, FrequenciesAtNyquistAreDroppedAndSaid) {
-  const double nyquist = std::numbers::pi * kRate;
+  const double nyquist = std::numbers::pi * audio_rate;
   const double above = std::nextafter(nyquist, 1e9) * (1 + 1e-15);
   const double below = nyquist * (1 - 1e-12);
   const modal::RingDown rings =
       velocity_of({nyquist * nyquist, above * above, below * below, 1e6}, {0, 0, 0, 0});
-  const auto sound = modal::synthesize(rings, {0}, kRate, 3000);
-  EXPECT_EQ(modal::sounding_modes(rings, kRate), rings.eigenvalues.size() - 2);
+  const auto sound = modal::synthesize(rings, {0}, audio_rate, 3000);
+  EXPECT_EQ(modal::sounding_modes(rings, audio_rate), rings.eigenvalues.size() - 2);
   EXPECT_LT(deviation(velocity_of({below * below, 1e6}, {0, 0}), sound), 1e-6);
-  modal::StreamingRenderer renderer(1, kRate);
+  modal::StreamingRenderer renderer(1, audio_rate);
   renderer.add_body(rings.eigenvalues, rings.decay_rates, rings.readout);
-  EXPECT_EQ(modal::modes_above_nyquist(rings, kRate), 2U);
+  EXPECT_EQ(modal::modes_above_nyquist(rings, audio_rate), 2U);
   renderer.strike(0, rings.excitation, {0});
   std::vector<float> streamed(100);
   renderer.render(streamed);
@@ -161,14 +161,14 @@ TEST(KernelHard, FrequenciesAtNyquistAreDroppedAndSaid) {
 
 TEST(KernelHard, TwoThousandModes) {
   const modal::RingDown rings = random_rings(2000, 9, false);
-  const auto sound = modal::synthesize(rings, {0}, kRate, 5000);
+  const auto sound = modal::synthesize(rings, {0}, audio_rate, 5000);
   double peak = 0, worst = 0;
   for (std::size_t n = 0; n < sound.size(); n += 13) {
     Real sum = 0;
     for (std::size_t i = 0; i < 2000; ++i) {
       const Real d = rings.decay_rates[i];
       const Real root = std::sqrt(Real(rings.eigenvalues[i]) - d * d);
-      const Real t = Real(n) / Real(kRate);
+      const Real t = Real(n) / Real(audio_rate);
       sum += Real(rings.readout.velocity(0, Eigen::Index(i))) * std::exp(-d * t) *
              (std::cos(root * t) - d * std::sin(root * t) / root);
     }
@@ -182,15 +182,16 @@ TEST(KernelHard, TwoThousandModes) {
 /// oscillation and its quadrature.
 double cents_off(const std::vector<float>& sound, Real omega) {
   Real in_phase = 0, quadrature = 0;
-  const std::size_t begin = sound.size() - std::size_t(kRate);
+  const std::size_t begin = sound.size() - std::size_t(audio_rate);
   for (std::size_t n = begin; n < sound.size(); ++n) {
-    const Real t = Real(n) / Real(kRate);
+    const Real t = Real(n) / Real(audio_rate);
     in_phase += Real(sound[n]) * std::cos(omega * t);
     quadrature -= Real(sound[n]) * std::sin(omega * t);
   }
-  EXPECT_NEAR(double(in_phase / (kRate / 2)), 1, 1e-6);  // nothing lost of the amplitude either
+  EXPECT_NEAR(double(in_phase / (audio_rate / 2)), 1,
+              1e-6);  // nothing lost of the amplitude either
   const Real phase = std::atan2(quadrature, in_phase);
-  const Real fraction = phase / (omega * (Real(sound.size()) / Real(kRate)));
+  const Real fraction = phase / (omega * (Real(sound.size()) / Real(audio_rate)));
   return double(1200 * std::log2(1 + std::abs(fraction)));
 }
 
@@ -199,14 +200,14 @@ TEST(KernelHard, AMinuteWithoutDrift) {
   for (const double frequency : {50.0, 19876.0}) {
     const double omega = 2 * std::numbers::pi * frequency;
     const modal::RingDown rings = velocity_of({omega * omega}, {0});
-    constexpr std::size_t kMinute = 60 * 44100;
-    const auto offline = modal::synthesize(rings, {0}, kRate, kMinute);
+    constexpr std::size_t minute = 60 * 44100;
+    const auto offline = modal::synthesize(rings, {0}, audio_rate, minute);
     const double off = cents_off(offline, std::sqrt(Real(rings.eigenvalues[0])));
-    modal::StreamingRenderer renderer(1, kRate);
+    modal::StreamingRenderer renderer(1, audio_rate);
     renderer.add_body(rings.eigenvalues, rings.decay_rates, rings.readout);
     renderer.strike(0, rings.excitation, {0});
-    std::vector<float> streamed(kMinute);
-    for (std::size_t n = 0; n < kMinute; n += 441) {
+    std::vector<float> streamed(minute);
+    for (std::size_t n = 0; n < minute; n += 441) {
       renderer.render(std::span(streamed).subspan(n, 441));
     }
     const double stream_off = cents_off(streamed, std::sqrt(Real(rings.eigenvalues[0])));
@@ -223,7 +224,7 @@ double seconds_of(const modal::RingDown& rings) {
   double best = 1;
   for (int i = 0; i < 5; ++i) {
     const std::clock_t begin = std::clock();
-    const auto sound = modal::synthesize(rings, {1e-3}, kRate, 44100);
+    const auto sound = modal::synthesize(rings, {1e-3}, audio_rate, 44100);
     const double seconds = double(std::clock() - begin) / CLOCKS_PER_SEC;
     if (!sound.empty()) best = std::min(best, seconds);
   }
@@ -235,12 +236,12 @@ TEST(KernelHard, ForcesFromPiconewtonsToTeranewtons) {
   // Modes that die within a block go through all small numbers there are.
   for (std::size_t i = 0; i < 20; ++i) rings.decay_rates[i] = 1e5;
   const modal::RingDown unit = rings;
-  const auto reference = modal::synthesize(unit, {1e-3}, kRate, 44100);
+  const auto reference = modal::synthesize(unit, {1e-3}, audio_rate, 44100);
   double peak = 0;
   for (const float s : reference) peak = std::max(peak, std::abs(double(s)));
   for (const double force : {1e-12, 1e12}) {
     rings.excitation = unit.excitation * force;
-    const auto sound = modal::synthesize(rings, {1e-3}, kRate, 44100);
+    const auto sound = modal::synthesize(rings, {1e-3}, audio_rate, 44100);
     double worst = 0;
     for (std::size_t n = 0; n < sound.size(); ++n) {
       ASSERT_TRUE(std::isfinite(sound[n]));
@@ -251,7 +252,7 @@ TEST(KernelHard, ForcesFromPiconewtonsToTeranewtons) {
   // Powers of two change no digit: neither of the samples nor of what ends early.
   for (const int power : {-40, 40}) {
     rings.excitation = unit.excitation * std::ldexp(1.0, power);
-    const auto sound = modal::synthesize(rings, {1e-3}, kRate, 44100);
+    const auto sound = modal::synthesize(rings, {1e-3}, audio_rate, 44100);
     for (std::size_t n = 0; n < sound.size(); ++n) {
       ASSERT_EQ(sound[n], std::ldexp(reference[n], power)) << power << " " << n;
     }
@@ -273,7 +274,7 @@ TEST(KernelHard, StrikesWithoutEndAreRefused) {
     return "no error";
   };
   modal::RingDown rings = random_rings(3, 3, false);
-  modal::StreamingRenderer renderer(1, kRate);
+  modal::StreamingRenderer renderer(1, audio_rate);
   renderer.add_body(rings.eigenvalues, rings.decay_rates, rings.readout);
   const auto strike = [&](const modal::ContactForce& force, double delay) {
     return message([&] { renderer.strike(0, rings.excitation, force, delay); });
@@ -290,9 +291,10 @@ TEST(KernelHard, StrikesWithoutEndAreRefused) {
             std::string::npos);
   // A single strike needs no more than the clip's samples.
   rings.readout.delays = {0};
-  for (const float s : modal::synthesize(rings, {1e9}, kRate, 100)) ASSERT_LT(std::abs(s), 1e-6F);
+  for (const float s : modal::synthesize(rings, {1e9}, audio_rate, 100))
+    ASSERT_LT(std::abs(s), 1e-6F);
   EXPECT_NE(message([&] {
-              modal::synthesize_strikes(rings, {1e9}, std::vector<double>{0, 1}, kRate, 100);
+              modal::synthesize_strikes(rings, {1e9}, std::vector<double>{0, 1}, audio_rate, 100);
             }).find("longer than"),
             std::string::npos);
 }
@@ -300,7 +302,7 @@ TEST(KernelHard, StrikesWithoutEndAreRefused) {
 // After three hours a strike sounds to the bit as the first did, and nothing has piled up.
 TEST(KernelHard, StreamingStateIsBoundedOverHours) {
   const modal::RingDown rings = random_rings(12, 3, false);
-  modal::StreamingRenderer renderer(1, kRate);
+  modal::StreamingRenderer renderer(1, audio_rate);
   renderer.add_body(rings.eigenvalues, rings.decay_rates, rings.readout);
   renderer.strike(0, rings.excitation, {1e-3});
   std::vector<float> first(4096);

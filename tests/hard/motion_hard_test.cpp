@@ -9,7 +9,7 @@
 namespace carillon::synth {
 namespace {
 
-constexpr double kGravity = 9.80665;
+constexpr double gravity = 9.80665;
 
 motion::MotionOptions lasting(double seconds) {
   motion::MotionOptions options;
@@ -154,7 +154,7 @@ TEST(MotionHard, ABodyThatLeavesTheWorldIsLeftAlone) {
   options.world_radius = 20;
   const motion::Motion motion = motion::simulate_motion(bodies, {}, options);
   expect_finite(motion);
-  const double expected = std::sqrt(2 * 20 / kGravity);
+  const double expected = std::sqrt(2 * 20 / gravity);
   EXPECT_NEAR(motion.left[0], expected, 0.01);
   EXPECT_NEAR(motion.states.back()[0].pose.origin.z(), -20, 0.1);
   EXPECT_LE(energy_growth(motion), 0.01);
@@ -302,7 +302,7 @@ double energy_on_map(const std::vector<motion::MovingBody>& bodies, const motion
   double energy = motion.energy[k];
   for (std::size_t b = 5; b < bodies.size(); ++b) {
     const Vec3 place = motion.states[k][b].pose.origin;
-    energy += bodies[b].rigid.mass * kGravity *
+    energy += bodies[b].rigid.mass * gravity *
               render::maps::height_at(relief, {place.x() + 0.5, place.y() + 0.5});
   }
   return energy;

@@ -29,7 +29,7 @@ struct Ball {
   }
 };
 
-const std::vector<modal::Listener> kListeners = {{{1, 0.5, 0.8}}};
+const std::vector<modal::Listener> listeners = {{{1, 0.5, 0.8}}};
 
 double peak(const motion::MotionSound& sound) {
   double largest = 0;
@@ -65,17 +65,17 @@ TEST(MovingSoundHard, AThousandContactsAndStrikesInOneStep) {
   scrape_over_the_top(scene);
   const std::vector<motion::SoundingBody> bodies = {{}, ball.body()};
   const double of_one =
-      peak(motion::motion_sound(scene.motion, scene.bodies, bodies, kListeners, {}));
+      peak(motion::motion_sound(scene.motion, scene.bodies, bodies, listeners, {}));
   EXPECT_GT(of_one, 0);
   // A thousand share the force of one.
   for (motion::ContactStep& step : scene.motion.contacts[0].steps) step.force /= 1000;
   scene.motion.contacts.resize(1000, scene.motion.contacts[0]);
   const double of_all =
-      peak(motion::motion_sound(scene.motion, scene.bodies, bodies, kListeners, {}));
+      peak(motion::motion_sound(scene.motion, scene.bodies, bodies, listeners, {}));
   EXPECT_NEAR(of_all / of_one, 1, 1e-3);
   for (int i = 0; i < 1000; ++i) scene.motion.impacts.push_back(strike(0.02, 1e-3, 1e-4));
   const motion::MotionSound sound =
-      motion::motion_sound(scene.motion, scene.bodies, bodies, kListeners, {});
+      motion::motion_sound(scene.motion, scene.bodies, bodies, listeners, {});
   EXPECT_GT(peak(sound), 0);
   EXPECT_EQ(sound.impacts.calls, 1000u);
   // A thousand at once are one a thousand times as strong.
@@ -84,9 +84,9 @@ TEST(MovingSoundHard, AThousandContactsAndStrikesInOneStep) {
   scene.motion.contacts.clear();
   one.motion.impacts = {strike(0.02, 1, 1e-4)};
   const motion::MotionSound many =
-      motion::motion_sound(scene.motion, scene.bodies, bodies, kListeners, {});
+      motion::motion_sound(scene.motion, scene.bodies, bodies, listeners, {});
   const motion::MotionSound single =
-      motion::motion_sound(one.motion, one.bodies, bodies, kListeners, {});
+      motion::motion_sound(one.motion, one.bodies, bodies, listeners, {});
   for (std::size_t n = 0; n < many.samples.size(); ++n) {
     ASSERT_NEAR(many.samples[n], single.samples[n], 1e-5 * peak(single));
   }
@@ -99,7 +99,7 @@ TEST(MovingSoundHard, StrikesAtBothEndsOfAnyDurationAndNone) {
   scene.motion.impacts = {strike(0, 1e-3, 0), strike(0, 0, 1e-4), strike(0, 1e-3, 1),
                           strike(0.05, 1e-3, 1e-4), strike(0.0499999, 1e-3, 0)};
   const std::vector<motion::SoundingBody> bodies = {{}, ball.body()};
-  EXPECT_GT(peak(motion::motion_sound(scene.motion, scene.bodies, bodies, kListeners, {})), 0);
+  EXPECT_GT(peak(motion::motion_sound(scene.motion, scene.bodies, bodies, listeners, {})), 0);
   motion::MotionSoundOptions longer;
   longer.seconds = 0.3;
   EXPECT_GT(peak(motion::motion_sound(scene.motion, scene.bodies, bodies, {}, longer)), 0);
@@ -115,12 +115,12 @@ TEST(MovingSoundHard, ABodyThatLeavesTheWorld) {
     scene.motion.states[k][1].pose.origin = {0, 0, -1000.0 * static_cast<double>(k) * 1e-3};
   }
   const std::vector<motion::SoundingBody> bodies = {{}, ball.body()};
-  EXPECT_GT(peak(motion::motion_sound(scene.motion, scene.bodies, bodies, kListeners, {})), 0);
+  EXPECT_GT(peak(motion::motion_sound(scene.motion, scene.bodies, bodies, listeners, {})), 0);
   // Towards the listener it would be a shock wave: refused, with the time.
   for (std::size_t k = 0; k < scene.motion.states.size(); ++k) {
     scene.motion.states[k][1].pose.origin = {0, 0, -500 + 1000.0 * static_cast<double>(k) * 1e-3};
   }
-  EXPECT_THROW(motion::motion_sound(scene.motion, scene.bodies, bodies, kListeners, {}),
+  EXPECT_THROW(motion::motion_sound(scene.motion, scene.bodies, bodies, listeners, {}),
                core::InputError);
 }
 
@@ -140,7 +140,7 @@ TEST(MovingSoundHard, HugeMassRatiosAndForces) {
       motion::LastingForces forces(scene.motion, scene.bodies, {});
       const motion::LastingForce driving = forces.force(0);
       EXPECT_LT(driving.force.colwise().norm().maxCoeff(), 2 * (1 + steep) * most);
-      EXPECT_GT(peak(motion::motion_sound(scene.motion, scene.bodies, bodies, kListeners, {})), 0)
+      EXPECT_GT(peak(motion::motion_sound(scene.motion, scene.bodies, bodies, listeners, {})), 0)
           << mass << " kg, " << force << " N";
     }
   }
@@ -163,7 +163,7 @@ TEST(MovingSoundHard, NumbersThatAreNone) {
   const Ball ball;
   const std::vector<motion::SoundingBody> bodies = {{}, ball.body()};
   const auto refused = [&](const Scrape& scene) {
-    EXPECT_THROW(motion::motion_sound(scene.motion, scene.bodies, bodies, kListeners, {}),
+    EXPECT_THROW(motion::motion_sound(scene.motion, scene.bodies, bodies, listeners, {}),
                  core::InputError);
   };
   const Scrape fine(sine_map(2e-3, 1e-6, 32, 4), 0.3, 5, 0.05);

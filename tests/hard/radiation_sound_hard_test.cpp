@@ -13,7 +13,7 @@
 namespace carillon::synth {
 namespace {
 
-constexpr double kRadius = 0.05;
+constexpr double fixed_radius = 0.05;
 
 radiation::EquivalentSourcesOptions coarse() {
   radiation::EquivalentSourcesOptions options;
@@ -21,13 +21,13 @@ radiation::EquivalentSourcesOptions coarse() {
   return options;
 }
 
-solvers::modes::ModeSurface sphere(double radius = kRadius) {
+solvers::modes::ModeSurface sphere(double radius = fixed_radius) {
   return curved_sphere(radius, Vec3::Zero(), 4, 3);
 }
 
 TEST(RadiationHard, ListenerOnTheSurface) {
-  const auto modes = sphere_modes(sphere(), kRadius, 0, {1});
-  const std::vector<modal::Listener> on = {{{0, 0, 1}}, {{0, 0, kRadius}}};
+  const auto modes = sphere_modes(sphere(), fixed_radius, 0, {1});
+  const std::vector<modal::Listener> on = {{{0, 0, 1}}, {{0, 0, fixed_radius}}};
   const std::vector<modal::Listener> in = {{{0.01, 0, 0}}};
   const auto refusal = [](const auto& run) -> std::string {
     try {
@@ -61,24 +61,24 @@ TEST(RadiationHard, FrequenciesFromNothingToFarTooHigh) {
   const std::vector<modal::Listener> listeners = {{{0.02, 0.03, 0.06}}};
   for (const int order : {0, 1}) {
     const auto fit =
-        heard_radiation(sphere_modes(sphere(), kRadius, order, ka), listeners, coarse());
+        heard_radiation(sphere_modes(sphere(), fixed_radius, order, ka), listeners, coarse());
     EXPECT_TRUE(fit.radiated.pressure.allFinite());
     for (const double d : fit.decay_rates) EXPECT_TRUE(d >= 0 && std::isfinite(d)) << d;
     for (Eigen::Index mode = 1; mode < 4; ++mode) {
-      const double k = ka[std::size_t(mode)] / kRadius;
-      const Complex expected = sphere_pressure(order, k, kRadius, listeners[0].position);
+      const double k = ka[std::size_t(mode)] / fixed_radius;
+      const Complex expected = sphere_pressure(order, k, fixed_radius, listeners[0].position);
       EXPECT_NEAR(decibels(fit.radiated.pressure(0, mode), expected), 0, 1) << order << " " << k;
       EXPECT_LT(fit.residuals[std::size_t(mode)], 0.02);
     }
     // k = 0 is the limit.
     EXPECT_NEAR(std::abs(fit.radiated.pressure(0, 0) / fit.radiated.pressure(0, 1)), 1, 1e-4);
-    EXPECT_GT(fit.residuals[5], radiation::kResidualLimit) << order;
+    EXPECT_GT(fit.residuals[5], radiation::residual_limit) << order;
   }
 }
 
 // Five-fold modes of a ball: the power of the whole cluster is that of any turned basis.
 TEST(RadiationHard, RepeatedModesOfASymmetricBody) {
-  const double lambda = std::pow(2 / kRadius * modal::kSoundSpeed, 2);
+  const double lambda = std::pow(2 / fixed_radius * modal::speed_of_sound, 2);
   const auto shapes = [&](double angle) {
     const double c = std::cos(angle), s = std::sin(angle);
     return modes_with(
@@ -99,19 +99,19 @@ TEST(RadiationHard, RepeatedModesOfASymmetricBody) {
     EXPECT_NEAR(p.row(row).squaredNorm() / q.row(row).squaredNorm(), 1, 1e-5);
     // Addition theorem: the sum over the cluster does not depend on the direction.
     const double r = listeners[std::size_t(row)].position.norm();
-    const Complex on_axis = sphere_pressure(2, 2 / kRadius, kRadius, {0, 0, r});
+    const Complex on_axis = sphere_pressure(2, 2 / fixed_radius, fixed_radius, {0, 0, r});
     EXPECT_NEAR(decibels(p.row(row).norm(), std::abs(on_axis)), 0, 0.5);
   }
 }
 
 TEST(RadiationHard, WallsOfAMicrometre) {
-  const double k = 0.1 / kRadius;
-  const auto modes = modes_with(disc(kRadius, 1e-6), {std::pow(k * modal::kSoundSpeed, 2)},
+  const double k = 0.1 / fixed_radius;
+  const auto modes = modes_with(disc(fixed_radius, 1e-6), {std::pow(k * modal::speed_of_sound, 2)},
                                 [](int, const Vec3&) { return Vec3(0, 0, 1); });
   const std::vector<modal::Listener> listeners = {{{0, 0, 1}}};
   const auto fit = heard_radiation(modes, listeners);
-  const Complex expected =
-      modal::kAirDensity * 8 / 3 * std::pow(kRadius, 3) * Complex(1, k) / (4 * std::numbers::pi);
+  const Complex expected = modal::air_density * 8 / 3 * std::pow(fixed_radius, 3) * Complex(1, k) /
+                           (4 * std::numbers::pi);
   EXPECT_NEAR(decibels(fit.radiated.pressure(0, 0), expected), 0, 1);
 }
 
@@ -131,10 +131,10 @@ TEST(RadiationHard, AMicrometreAndAHundredMetres) {
 }
 
 TEST(RadiationHard, NoModesAndNoListeners) {
-  const auto none = sphere_modes(sphere(), kRadius, 0, {});
+  const auto none = sphere_modes(sphere(), fixed_radius, 0, {});
   const std::vector<modal::Listener> listeners = {{{0, 0, 1}}};
   EXPECT_EQ(heard_radiation(none, listeners, coarse()).radiated.pressure.cols(), 0);
-  const auto one = sphere_modes(sphere(), kRadius, 0, {1});
+  const auto one = sphere_modes(sphere(), fixed_radius, 0, {1});
   EXPECT_EQ(heard_radiation(one, {}, coarse()).radiated.pressure.rows(), 0);
   auto broken = one;
   broken.shapes(0, 5) = std::nanf("");
@@ -146,12 +146,13 @@ TEST(RadiationHard, NoModesAndNoListeners) {
 
 // A mode that only slides along the surface makes no sound, and no NaN.
 TEST(RadiationHard, MotionWithoutNormalVelocity) {
-  const auto modes = modes_with(
-      sphere(), {1e8}, [](int, const Vec3& x) -> Vec3 { return Vec3(-x[1], x[0], 0) / kRadius; });
+  const auto modes = modes_with(sphere(), {1e8}, [](int, const Vec3& x) -> Vec3 {
+    return Vec3(-x[1], x[0], 0) / fixed_radius;
+  });
   const std::vector<modal::Listener> listeners = {{{0, 0.1, 0.1}}};
   const auto fit = heard_radiation(modes, listeners, coarse());
   EXPECT_TRUE(std::isfinite(fit.residuals[0]));
-  EXPECT_LT(std::abs(fit.radiated.pressure(0, 0)), 1e-3 * modal::kAirDensity * kRadius);
+  EXPECT_LT(std::abs(fit.radiated.pressure(0, 0)), 1e-3 * modal::air_density * fixed_radius);
 }
 
 }  // namespace

@@ -16,7 +16,7 @@
 namespace carillon::synth {
 namespace {
 
-constexpr double kInfinite = std::numeric_limits<double>::infinity();
+constexpr double infinite = std::numeric_limits<double>::infinity();
 
 contact::Striker ball() {
   return {"ball", 0.02, 0.008, 2e11, 0.29, 0.7, ""};
@@ -62,7 +62,7 @@ TEST(StrikerHard, SpeedsFromNothingToAbsurd) {
   const contact::HertzContact still = contact::hertz_contact(ball(), block(), 0);
   EXPECT_EQ(still.impulse, 0);
   EXPECT_EQ(still.duration, 0);
-  double last = kInfinite;
+  double last = infinite;
   for (const double speed : {1e-300, 1e-12, 1.0, 1e12, 1e150}) {
     const contact::HertzContact contact = contact::hertz_contact(ball(), block(), speed);
     EXPECT_GT(contact.duration, 0) << speed;
@@ -71,18 +71,18 @@ TEST(StrikerHard, SpeedsFromNothingToAbsurd) {
     EXPECT_FALSE(std::isnan(contact.peak_force));
     last = contact.duration;
   }
-  EXPECT_THROW(contact::hertz_contact(ball(), block(), kInfinite), core::InputError);
+  EXPECT_THROW(contact::hertz_contact(ball(), block(), infinite), core::InputError);
 }
 
 TEST(StrikerHard, InfinitelyStiffAndInfinitelySoft) {
   contact::Striker rigid = ball();
-  rigid.youngs_modulus = kInfinite;
+  rigid.youngs_modulus = infinite;
   // One elastic side is enough for a finite contact.
   const double finite = contact::hertz_contact(rigid, block(), 1).duration;
   EXPECT_GT(finite, 0);
   EXPECT_LT(finite, contact::hertz_contact(ball(), block(), 1).duration);
   contact::StruckBody wall = block();
-  wall.youngs_modulus = kInfinite;
+  wall.youngs_modulus = infinite;
   const contact::HertzContact both = contact::hertz_contact(rigid, wall, 1);
   EXPECT_EQ(both.duration, 0);
   EXPECT_GT(both.impulse, 0);
@@ -99,10 +99,10 @@ TEST(StrikerHard, AStrikerAMillionTimesHeavier) {
   const contact::HertzContact contact = contact::hertz_contact(heavy, block(), 1);
   EXPECT_NEAR(contact.mass / block().mass, 1, 2e-6);
   EXPECT_NEAR(contact.impulse / (block().mass * 1.7), 1, 2e-6);
-  heavy.mass = kInfinite;
+  heavy.mass = infinite;
   EXPECT_NEAR(contact::hertz_contact(heavy, block(), 1).mass, block().mass, 1e-15);
   contact::StruckBody held = block();
-  held.mass = kInfinite;
+  held.mass = infinite;
   EXPECT_THROW(contact::hertz_contact(heavy, held, 1), core::InputError);
 }
 
@@ -110,7 +110,7 @@ TEST(StrikerHard, AHollowTighterThanTheStriker) {
   contact::StruckBody hollow = block();
   hollow.curvature = -1e9;
   EXPECT_NEAR(contact::hertz_contact(ball(), hollow, 1).radius, 0.08, 1e-12);
-  hollow.curvature = kInfinite;
+  hollow.curvature = infinite;
   EXPECT_THROW(contact::hertz_contact(ball(), hollow, 1), core::InputError);
 }
 
@@ -151,7 +151,7 @@ TEST(ClickHard, ForcesOfAnySize) {
   EXPECT_NEAR(peak(make(5e7, 1e-4)) / (5e7 * one), 1, 1e-5);
   EXPECT_EQ(peak(make(0, 1e-4)), 0);
   EXPECT_THROW(make(1e40, 1e-4), core::InputError);
-  EXPECT_THROW(make(kInfinite, 1e-4), core::InputError);
+  EXPECT_THROW(make(infinite, 1e-4), core::InputError);
   for (const double duration : {0.0, 1e-300, 1e-9, 1.0, 1e9}) {
     EXPECT_TRUE(finite(make(1, duration))) << duration;
   }

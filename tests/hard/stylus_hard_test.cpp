@@ -117,11 +117,11 @@ TEST(StylusHard, InANarrowValleyEnergyNeverGrows) {
 
 // A wall: the tip is held back until the hand pulls it over, and comes out of the wall again.
 TEST(StylusHard, UpAVerticalEdgeForcesStayBelowTheLargest) {
-  constexpr double kTexel = 1e-4;
+  constexpr double texel_size = 1e-4;
   for (const double depth : {5e-4, 2e-3, 2e-2}) {
     for (const double speed : {0.05, 0.3}) {
       SCOPED_TRACE(testing::Message() << depth << ' ' << speed);
-      const auto face = face_of(step_map(kTexel, depth));
+      const auto face = face_of(step_map(texel_size, depth));
       const Corners hand = drawn_and_held({{0.005, 1e-4, -depth}, {0.001, 1e-4, -depth}}, speed);
       const touch::Stylus stylus;
       const touch::Touch touch = sound_touch(face, hand, stylus);
@@ -153,8 +153,8 @@ TEST(StylusHard, UpAVerticalEdgeForcesStayBelowTheLargest) {
 // since any earlier tick (friction does no work along the normal) is at most the potential of that
 // tick. On a relief that is the spring's alone; on a normal map spring and damper hold the press.
 TEST(StylusHard, RubbedForSecondsTheFaceGivesNoMoreThanItHolds) {
-  constexpr double kLength = 8e-3, kDepth = 8e-4, kRate = 20000, kPress = 1;
-  const render::maps::SurfaceMap relief = sine_map(kLength, kDepth / 2, 32, 8);
+  constexpr double full_length = 8e-3, groove_depth = 8e-4, audio_rate = 20000, press_force = 1;
+  const render::maps::SurfaceMap relief = sine_map(full_length, groove_depth / 2, 32, 8);
   std::size_t held_back = 0;
   for (const bool normal_map : {false, true}) {
     const auto face = face_of(normal_map ? render::maps::normal_map_of(relief) : relief);
@@ -169,25 +169,25 @@ TEST(StylusHard, RubbedForSecondsTheFaceGivesNoMoreThanItHolds) {
         touch::Stylus stylus;
         stylus.friction = friction;
         const touch::Touch touch =
-            sound_touch(face, touch::drawn_path(corners, speed, kRate), stylus, {kRate});
+            sound_touch(face, touch::drawn_path(corners, speed, audio_rate), stylus, {audio_rate});
         ASSERT_EQ(touch.limited, 0u);
         double given = 0, bound = 1e9, upwards = 0;
         for (std::size_t k = 0; k + 1 < touch.tip.size(); ++k) {
           const Vec3 &tip = touch.tip[k], way = touch.tip[k + 1] - tip;
           const double depth = std::max(0.0, depth_of(*face.map, tip));
           const double potential =
-              stylus.stiffness * depth * depth / 2 + kPress * stands_for.height(tip);
+              stylus.stiffness * depth * depth / 2 + press_force * stands_for.height(tip);
           bound = std::min(bound, given + potential);
           const Vec3 normal =
               render::maps::normal_of(render::maps::slope_at(*face.map, (tip + way / 2).head<2>()));
           const double push = touch.forces[k].dot(normal), outward = normal.dot(way);
-          const double damper = normal_map || push <= 0 ? 0 : stylus.damping * outward * kRate;
+          const double damper = normal_map || push <= 0 ? 0 : stylus.damping * outward * audio_rate;
           given += std::max(0.0, push + damper) * outward;
           ASSERT_LE(given, bound + 1e-6) << k;
           upwards += touch.forces[k].z();
         }
         // The forces shown are all that bears the press: nothing else stops the tip.
-        EXPECT_NEAR(upwards / static_cast<double>(touch.tip.size() - 1), kPress, 2e-3);
+        EXPECT_NEAR(upwards / static_cast<double>(touch.tip.size() - 1), press_force, 2e-3);
         if (!normal_map) {
           EXPECT_EQ(touch.held_back, 0u);
         }
@@ -294,11 +294,12 @@ TEST(StylusHard, WhereTheHandRestsTheTipComesToRest) {
 // A tip wider than the valleys rides on the crests: halfway between two of them, L apart, a ball
 // of radius r hangs r - sqrt(r^2 - L^2/4) below.
 TEST(StylusHard, ATipWiderThanTheValleysRidesOnTheCrests) {
-  constexpr double kLength = 5e-4, kRadius = 2e-3, kDepth = 5e-4;
-  const auto face = face_of(sine_map(kLength, kDepth / 2, 32, 8));
-  const double sag = kRadius - std::sqrt(kRadius * kRadius - kLength * kLength / 4);
+  constexpr double full_length = 5e-4, fixed_radius = 2e-3, groove_depth = 5e-4;
+  const auto face = face_of(sine_map(full_length, groove_depth / 2, 32, 8));
+  const double sag =
+      fixed_radius - std::sqrt(fixed_radius * fixed_radius - full_length * full_length / 4);
   touch::Stylus stylus;
-  stylus.radius = kRadius;
+  stylus.radius = fixed_radius;
   const touch::Touch touch = sound_touch(
       face, touch::drawn_path(Corners{{0.1, 0.5, 0}, {0.11, 0.5, 0}}, 0.01, 1000), stylus);
   double lowest = 0, highest = -1;

@@ -23,7 +23,7 @@ namespace {
 using namespace test;
 using namespace synth;
 
-constexpr double kPi = std::numbers::pi;
+constexpr double pi = std::numbers::pi;
 
 /// Struck and heard so that every mode counts.
 synth::modal::RingDown struck(const HeldModes& held) {
@@ -78,14 +78,14 @@ double off_from_exact(const HeldModes& held, const synth::modal::RingDown& answe
 
 HeldModes one_mode(double hertz, double own, double dashpot) {
   HeldModes held;
-  held.eigenvalues = {std::pow(2 * kPi * hertz, 2)};
+  held.eigenvalues = {std::pow(2 * pi * hertz, 2)};
   held.decay_rates = {own};
   held.dashpots = Eigen::MatrixXd::Constant(1, 1, std::sqrt(dashpot));
   return held;
 }
 
 TEST(SupportsHard, AtAndBeyondCriticalThroughTheSupport) {
-  const double omega = 2 * kPi * 440;
+  const double omega = 2 * pi * 440;
   for (const double ratio : {0.999, 1 - 1e-9, 1.0, 1 + 1e-9, 1.001, 10.0, 1e6}) {
     const HeldModes held = one_mode(440, 0, 2 * ratio * omega);
     double perturbation = 0;
@@ -125,7 +125,7 @@ TEST(SupportsHard, TwoModesABillionthApart) {
 
 TEST(SupportsHard, TwoModesAtTheirExceptionalPoint) {
   // Apart by as much as the dashpot couples them, their two poles and eigenvectors are one.
-  const double omega = 2 * kPi * 1000;
+  const double omega = 2 * pi * 1000;
   for (const double off : {0.0, 1e-12, 1e-9, 1e-6, 1e-3}) {
     // Near omega, equal dashpots g put the poles at -g/2 +- sqrt(g^2 - apart^2) / 2.
     const double apart = 40 * (1 + off);
@@ -141,7 +141,7 @@ TEST(SupportsHard, TwoModesAtTheirExceptionalPoint) {
 
 TEST(SupportsHard, TripleCriticalPoles) {
   // A double real pole in each of two modes that one dashpot joins.
-  HeldModes held = one_mode(300, 2 * kPi * 300, 1e-3);
+  HeldModes held = one_mode(300, 2 * pi * 300, 1e-3);
   held.eigenvalues.push_back(held.eigenvalues[0]);
   held.decay_rates.push_back(held.decay_rates[0]);
   held.dashpots = Eigen::Vector2d::Constant(0.03);

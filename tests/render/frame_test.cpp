@@ -22,7 +22,7 @@ extern "C" const char* __lsan_default_suppressions() {
 namespace carillon::render {
 namespace {
 
-const Appearance kBlack = {{0, 0, 0}, 1, 0};
+const Appearance black = {{0, 0, 0}, 1, 0};
 
 std::array<int, 3> pixel(const core::Image& image, int column, int row) {
   const auto* p =
@@ -67,7 +67,7 @@ TEST(Frame, SphereCoversItsDiscInTheMiddle) {
     // The silhouette's cone has half-angle asin(R / D).
     const double tangent = std::tan(std::asin(0.05 / 0.5));
     const double radius = tangent / std::tan(camera.field_of_view / 2) * height / 2;
-    const Silhouette disc = silhouette(render_frame(sphere(0.05, 96), camera, kBlack));
+    const Silhouette disc = silhouette(render_frame(sphere(0.05, 96), camera, black));
     EXPECT_NEAR(std::sqrt(disc.pixels / std::numbers::pi), radius, 0.7) << width;
     EXPECT_NEAR(disc.column, width / 2.0, 0.1);
     EXPECT_NEAR(disc.row, height / 2.0, 0.1);
@@ -78,12 +78,12 @@ TEST(Frame, AutomaticDistanceFitsTheBodyWhateverItsSizeAndPlace) {
   Camera camera;
   camera.width = 220;
   camera.height = 140;
-  const Silhouette first = silhouette(render_frame(sphere(0.05, 96), camera, kBlack));
+  const Silhouette first = silhouette(render_frame(sphere(0.05, 96), camera, black));
   EXPECT_GT(first.pixels, 0.7 * std::numbers::pi * 70 * 70);
   for (const double scale : {1e-6, 1e3}) {
     auto ball = sphere(0.05 * scale, 96);
     transform(ball, Eigen::Matrix3d::Identity(), Vec3(3, -4, 5) * scale);
-    const Silhouette other = silhouette(render_frame(ball, camera, kBlack));
+    const Silhouette other = silhouette(render_frame(ball, camera, black));
     EXPECT_NEAR(other.pixels, first.pixels, 0.002 * first.pixels);
     EXPECT_NEAR(other.column, 110, 0.1);
     EXPECT_NEAR(other.row, 70, 0.1);
@@ -96,7 +96,7 @@ TEST(Frame, AutomaticDistanceFitsTheBodyWhateverItsSizeAndPlace) {
     for (const double azimuth : {0.0, 2.0, 4.0}) {
       camera.elevation = elevation;
       camera.azimuth = azimuth;
-      const core::Image image = render_frame(rod, camera, kBlack);
+      const core::Image image = render_frame(rod, camera, black);
       EXPECT_GT(silhouette(image).pixels, 50);
       for (int column = 0; column < 220; ++column) {
         EXPECT_EQ(pixel(image, column, 0), pixel(image, 0, 0));
@@ -147,7 +147,7 @@ TEST(Frame, AzimuthAndElevationMoveTheCameraAroundTheBody) {
   const double focal = 120 / std::tan(camera.field_of_view / 2);
   for (const double azimuth : {0.2, -0.35}) {
     camera.azimuth = azimuth;
-    const core::Image image = render_frame(body, camera, kBlack);
+    const core::Image image = render_frame(body, camera, black);
     // The near ball at (1, 0, 0): right = -sin az, depth = 4 - cos az.
     const double near_column = 120 - focal * std::sin(azimuth) / (4 - std::cos(azimuth));
     const double far_column = 120 + focal * std::sin(azimuth) / (4 + std::cos(azimuth));
@@ -161,7 +161,7 @@ TEST(Frame, AzimuthAndElevationMoveTheCameraAroundTheBody) {
   // From above, the near ball sinks.
   camera.azimuth = 0;
   camera.elevation = 0.3;
-  const core::Image above = render_frame(body, camera, kBlack);
+  const core::Image above = render_frame(body, camera, black);
   const double row = 120 + focal * std::sin(0.3) / (4 - std::cos(0.3));
   EXPECT_NE(pixel(above, 120, int(row)), pixel(above, 0, int(row)));
 }
@@ -223,9 +223,9 @@ TEST(Frame, RefusesWhatCannotBe) {
 }
 
 TEST(ShadingMesh, KeepsEdgesOfABoxAndSmoothsASphere) {
-  constexpr double kCrease = 0.7;
+  constexpr double crease = 0.7;
   const auto cube = box({0, 0, 0}, {1, 1, 1});
-  const ShadingMesh sharp = shading_mesh(cube, bounding_ball(cube), kCrease);
+  const ShadingMesh sharp = shading_mesh(cube, bounding_ball(cube), crease);
   EXPECT_EQ(sharp.positions.size(), 3u * 24u);  // four corners for each of six sides
   ASSERT_EQ(sharp.sources.size(), 24u);
   for (std::size_t i = 0; i < sharp.sources.size(); ++i) {
@@ -240,7 +240,7 @@ TEST(ShadingMesh, KeepsEdgesOfABoxAndSmoothsASphere) {
     EXPECT_FLOAT_EQ(largest, 1);
   }
   const auto ball = sphere(2, 48);
-  const ShadingMesh smooth = shading_mesh(ball, bounding_ball(ball), kCrease);
+  const ShadingMesh smooth = shading_mesh(ball, bounding_ball(ball), crease);
   std::set<std::int32_t> used;
   for (const auto& triangle : ball.triangles) used.insert(triangle.begin(), triangle.end());
   EXPECT_EQ(smooth.positions.size(), 3 * used.size());

@@ -14,7 +14,7 @@
 namespace carillon::render {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+constexpr double pi = std::numbers::pi;
 
 long filled(const VoxelGrid& grid) {
   return std::accumulate(grid.cells.begin(), grid.cells.end(), 0L);
@@ -61,11 +61,10 @@ TEST(TriangleBox, AgreesWithPointsOfTheTriangle) {
     }
     const Vec3 half(1, 0.7, 0.4);
     bool point_inside = false;
-    constexpr int kSteps = 40;
-    for (int i = 0; i <= kSteps; ++i) {
-      for (int j = 0; i + j <= kSteps; ++j) {
-        const Vec3 p =
-            (triangle[0] * i + triangle[1] * j + triangle[2] * (kSteps - i - j)) / kSteps;
+    constexpr int steps = 40;
+    for (int i = 0; i <= steps; ++i) {
+      for (int j = 0; i + j <= steps; ++j) {
+        const Vec3 p = (triangle[0] * i + triangle[1] * j + triangle[2] * (steps - i - j)) / steps;
         point_inside |= (p.cwiseAbs() - half).maxCoeff() <= 0;
       }
     }
@@ -75,10 +74,10 @@ TEST(TriangleBox, AgreesWithPointsOfTheTriangle) {
     if (meets) {
       const Vec3 larger = half + Vec3::Constant(0.2);
       bool near = false;
-      for (int i = 0; i <= kSteps; ++i) {
-        for (int j = 0; i + j <= kSteps; ++j) {
+      for (int i = 0; i <= steps; ++i) {
+        for (int j = 0; i + j <= steps; ++j) {
           const Vec3 p =
-              (triangle[0] * i + triangle[1] * j + triangle[2] * (kSteps - i - j)) / kSteps;
+              (triangle[0] * i + triangle[1] * j + triangle[2] * (steps - i - j)) / steps;
           near |= (p.cwiseAbs() - larger).maxCoeff() <= 0;
         }
       }
@@ -113,7 +112,7 @@ TEST(Voxels, SphereVolumeConverges) {
   double last = 1;
   for (const int n : {10, 20, 40, 80}) {
     const VoxelGrid solid = voxels_of(ball, VoxelFill::solid, n);
-    const double error = double(filled(solid)) / (double(n) * n * n) / (kPi / 6) - 1;
+    const double error = double(filled(solid)) / (double(n) * n * n) / (pi / 6) - 1;
     // The surface's cells belong to the body: more than its volume, less the finer the grid.
     EXPECT_GT(error, 0) << n;
     EXPECT_LT(error, 0.6 * last) << n;

@@ -39,7 +39,7 @@ SceneEffect read(const std::string& text, const std::vector<std::string>& materi
 struct Growing {
   solvers::modes::Modes modes;
   std::vector<synth::material::Material> materials = {synth::material::parse_material("steel")};
-  RingingObject body;
+  RingingObject object;
 
   Growing() {
     const double l1 = at_hertz(800), l2 = at_hertz(3000);
@@ -47,15 +47,15 @@ struct Growing {
         synth::damping::DampingKind::caughey, {1e-15 * l1 * l2, -1e-15 * (l1 + l2), 1e-15}, ""};
     for (const double f : {500.0, 900.0, 2500.0, 3100.0}) modes.eigenvalues.push_back(at_hertz(f));
     modes.kinetic_fraction = modes.strain_fraction = Eigen::MatrixXd::Ones(4, 1);
-    body.id = "plate/own/1";
-    body.modes = &modes;
-    body.materials = &materials;
+    object.id = "plate/own/1";
+    object.modes = &modes;
+    object.materials = &materials;
   }
   Sound sound(core::Columns* record) const {
     Sound made;
-    made.body = &body;
+    made.object = &object;
     made.rings.eigenvalues = modes.eigenvalues;
-    made.rings.decay_rates = body.decay_rates;
+    made.rings.decay_rates = object.decay_rates;
     made.rings.excitation = Eigen::VectorXd::Ones(4);
     made.rings.readout.velocity = Eigen::MatrixXd::Ones(1, 4);
     made.rings.readout.delays = {0};
@@ -84,22 +84,22 @@ TEST(DampingEffect, RefusesOtherChoices) {
   }
 }
 
-TEST(DampingEffect, SetsTheRatesOfABody) {
+TEST(DampingEffect, SetsTheRatesOfAnObject) {
   Growing g;
   g.materials[0] = synth::material::parse_material("gpd_aluminum_power");
   const EffectParts parts = read("{}", {"steel"}).start("");
   EXPECT_FALSE(parts.rings);
   EXPECT_FALSE(parts.audio);
-  parts.body(g.body);
-  ASSERT_EQ(g.body.decay_rates.size(), 4u);
+  parts.object(g.object);
+  ASSERT_EQ(g.object.decay_rates.size(), 4u);
   const double omega = 2 * std::numbers::pi * 2500;
-  EXPECT_NEAR(g.body.decay_rates[2], 0.02 * std::pow(omega, 0.89) / 2, 1e-10);
+  EXPECT_NEAR(g.object.decay_rates[2], 0.02 * std::pow(omega, 0.89) / 2, 1e-10);
 }
 
-TEST(DampingEffect, NegativeIsAnErrorThatNamesTheBodyUnlessChosen) {
+TEST(DampingEffect, NegativeIsAnErrorThatNamesTheObjectUnlessChosen) {
   Growing g;
   try {
-    read("{}", {"steel"}).start("").body(g.body);
+    read("{}", {"steel"}).start("").object(g.object);
     FAIL() << "no error";
   } catch (const core::InputError& error) {
     EXPECT_TRUE(contains(error.what(), "plate/own/1: ")) << error.what();
@@ -110,10 +110,10 @@ TEST(DampingEffect, NegativeIsAnErrorThatNamesTheBodyUnlessChosen) {
 TEST(DampingEffect, ClampLetsSuchModesRingUndamped) {
   Growing g;
   const EffectParts parts = read("negative_damping: clamp\n", {"steel"}).start("");
-  parts.body(g.body);
-  EXPECT_EQ(g.body.decay_rates[1], 0);
-  EXPECT_EQ(g.body.decay_rates[2], 0);
-  EXPECT_GT(g.body.decay_rates[0], 0);
+  parts.object(g.object);
+  EXPECT_EQ(g.object.decay_rates[1], 0);
+  EXPECT_EQ(g.object.decay_rates[2], 0);
+  EXPECT_GT(g.object.decay_rates[0], 0);
   Sound sound = g.sound(nullptr);
   parts.rings(sound);
   EXPECT_EQ(sound.rings.excitation, Eigen::VectorXd::Ones(4));
@@ -122,7 +122,7 @@ TEST(DampingEffect, ClampLetsSuchModesRingUndamped) {
 TEST(DampingEffect, DropLeavesSuchModesOutAndSaysWhere) {
   Growing g;
   const EffectParts parts = read("negative_damping: drop\n", {"steel"}).start("");
-  parts.body(g.body);
+  parts.object(g.object);
   core::Columns record(columns());
   Sound sound = g.sound(&record);
   parts.rings(sound);
@@ -131,9 +131,9 @@ TEST(DampingEffect, DropLeavesSuchModesOutAndSaysWhere) {
   EXPECT_EQ(synth::modal::sounding_modes(sound.rings, 44100), 2u);
   // An object without such modes gives the same columns.
   Growing sane;
-  sane.body.id = "plate/steel/1";
+  sane.object.id = "plate/steel/1";
   sane.materials[0] = synth::material::parse_material("steel");
-  parts.body(sane.body);
+  parts.object(sane.object);
   Sound other = sane.sound(&record);
   parts.rings(other);
   EXPECT_EQ(other.rings.excitation, Eigen::Vector4d::Ones());

@@ -189,7 +189,7 @@ TEST(Effects, ActAtTheStageThatTheyName) {
       ASSERT_TRUE(decision.enabled) << name;
       const EffectParts parts = decision.in_scene.start("");
       const std::map<std::string, bool> does = {
-          {"body", static_cast<bool>(parts.body)},
+          {"object", static_cast<bool>(parts.object)},
           {"strike", static_cast<bool>(parts.strike)},
           {"rings", static_cast<bool>(parts.rings)},
           {"audio", static_cast<bool>(parts.audio)},

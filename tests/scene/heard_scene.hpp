@@ -49,10 +49,10 @@ inline Heard hear(const std::string& text, std::span<const Effect> registry = ef
   core::Columns record{columns()};
   const std::size_t before = test::allocated().bytes;
   SoundChain chain(scene, "", heard.trace);
-  const RingingObject body = chain.prepare("ball", "ball", modes, materials);
+  const RingingObject object = chain.prepare("ball", "ball", modes, materials);
   for (int i = 0; i < strikes; ++i) {
     Sound sound;
-    sound.body = &body;
+    sound.object = &object;
     sound.seed = 3;
     sound.id = static_cast<std::uint64_t>(i);
     sound.record = &record;

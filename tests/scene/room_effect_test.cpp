@@ -134,12 +134,12 @@ struct Wet {
 /// A click through the effects in their order.
 Wet click(const std::string& text, bool room, bool tail) {
   const Scene scene = scene_with();
-  RingingObject body;
-  body.centre = {0.1, 0.2, 0.3};
-  body.listeners = {{body.centre + scene.listeners[0].position}};
+  RingingObject object;
+  object.centre = {0.1, 0.2, 0.3};
+  object.listeners = {{object.centre + scene.listeners[0].position}};
   core::Columns record(columns());
   Sound sound;
-  sound.body = &body;
+  sound.object = &object;
   sound.record = &record;
   sound.audio.assign(scene.audio.samples(), 0.0F);
   sound.audio[0] = 1;

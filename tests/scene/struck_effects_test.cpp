@@ -47,7 +47,7 @@ struct Struck {
   synth::modal::SurfaceSampler sampler{modes.surface};
   core::Trace trace;
   core::Columns record{columns()};
-  RingingObject body;
+  RingingObject object;
   Sound sound;
 
   explicit Struck(const Scene& scene, std::uint64_t id = 1, std::vector<double> strikes = {0},
@@ -55,8 +55,8 @@ struct Struck {
       : modes(ball(flat)) {
     modes.mass = 0.28;
     SoundChain chain(scene, {}, trace);
-    body = chain.prepare("ball", "ball", modes, materials);
-    sound.body = &body;
+    object = chain.prepare("ball", "ball", modes, materials);
+    sound.object = &object;
     sound.id = id;
     sound.strike.point = sampler.nearest({0, 0, 0.03});
     sound.strike.direction = {0, 0, -1};
@@ -164,7 +164,7 @@ TEST(StruckEffects, ListenersTooNearAreWithoutTheClickUnlessItIsAskedForByHand) 
   }
 }
 
-TEST(StruckEffects, ClickIsOffWhereTheBodyIsHeld) {
+TEST(StruckEffects, ClickIsOffWhereTheObjectIsHeld) {
   const Scene held = scene_of(listener + "click: {held: true}\n");
   EXPECT_FALSE(decision(held, "click").enabled);
   EXPECT_NE(decision(held, "click").reason.find("scene.yaml:2"), std::string::npos);

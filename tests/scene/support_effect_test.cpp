@@ -15,13 +15,13 @@
 namespace carillon::scene {
 namespace {
 
-constexpr double kRadius = 0.05;
+constexpr double fixed_radius = 0.05;
 
 solvers::modes::Modes ball() {
   std::vector<double> eigenvalues;
   for (int i = 0; i < 12; ++i) eigenvalues.push_back(std::pow(6.28 * (300 + 500 * i), 2));
   auto modes =
-      synth::modes_with(synth::curved_sphere(kRadius, Vec3(1, 0, 0), 4, 2), eigenvalues,
+      synth::modes_with(synth::curved_sphere(fixed_radius, Vec3(1, 0, 0), 4, 2), eigenvalues,
                         [](int mode, const Vec3& x) -> Vec3 {
                           const Vec3 out = x - Vec3(1, 0, 0);
                           return 40 * std::cos(40 * out.dot(Vec3(1, 0.3 * mode, -0.7))) * out;
@@ -47,21 +47,21 @@ Held hold(const std::string& supports, std::uint64_t id = 1, const std::string& 
   static const solvers::modes::Modes modes = ball();
   static const synth::modal::SurfaceSampler sampler(modes.surface);
   const EffectParts parts = read_effect("supports: {" + supports + "}").start("");
-  RingingObject body;
-  body.id = "ball/" + material;
-  body.shape = "ball";
-  body.modes = &modes;
-  body.centre = {1, 0, 0};
-  body.decay_rates.assign(modes.size(), 3.0);
-  parts.body(body);
+  RingingObject object;
+  object.id = "ball/" + material;
+  object.shape = "ball";
+  object.modes = &modes;
+  object.centre = {1, 0, 0};
+  object.decay_rates.assign(modes.size(), 3.0);
+  parts.object(object);
   core::Columns columns(scene::columns());
   Sound sound;
-  sound.body = &body;
+  sound.object = &object;
   sound.seed = 5;
   sound.id = id;
   sound.record = &columns;
   sound.strike = {sampler.nearest({1, 0, 1}), {0, 0, -1}, 0.01, {}};
-  sound.rings = synth::modal::ring_down(modes, body.decay_rates, sound.strike,
+  sound.rings = synth::modal::ring_down(modes, object.decay_rates, sound.strike,
                                         synth::modal::point_velocity(modes, sound.strike.point));
   parts.rings(sound);
   return {sound.rings, columns.last_row()};
@@ -112,7 +112,7 @@ TEST(SupportsEffect, DrawsPlacesAndForcesAnewForEachSampleAndRecordsThem) {
   for (const auto& value : places.flatten()) flat.push_back(value.get<double>());
   ASSERT_EQ(flat.size(), 6u);
   for (std::size_t k = 0; k < 6; k += 3) {
-    EXPECT_NEAR((Vec3(flat[k], flat[k + 1], flat[k + 2])).norm(), kRadius, 1e-3);
+    EXPECT_NEAR((Vec3(flat[k], flat[k + 1], flat[k + 2])).norm(), fixed_radius, 1e-3);
   }
 }
 
@@ -218,7 +218,7 @@ TEST(SupportsEffect, FullCouplingAgreesWithTheDiagonalForALightTouch) {
   EXPECT_GT(firm.record.at("support_decay_error").get<double>(), 1e-3);
 }
 
-TEST(SupportsEffect, RefusesAPlaceFarFromTheBody) {
+TEST(SupportsEffect, RefusesAPlaceFarFromTheObject) {
   EXPECT_THROW(hold("contacts: [{kind: finger, at: [0, 0, 5]}]"), core::InputError);
   EXPECT_THROW(hold("contacts: [{kind: string, along: [-5, 0, 0, 5, 0, 0]}]"), core::InputError);
 }

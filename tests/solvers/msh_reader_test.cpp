@@ -163,7 +163,7 @@ TEST_F(MshReader, RefusesSurfacesAndOldVersions) {
             std::string::npos);
 }
 
-const std::string kTwoTets =
+const std::string two_tets =
     "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Comments\nany $text\n$EndComments\n"
     "$Nodes\n6\n1 0 0 0\n2 1 0 0\n3 0 1 0\n9 0 0 1\n5 9 9 9\n6 1 1 1\n$EndNodes\n"
     "$Elements\n4\n1 15 2 0 1 1\n2 4 2 0 1 1 2 3 9\n3 4 2 0 1 2 3 9 6\n4 4 2 8 1 3 2 1 9\n"
@@ -171,7 +171,7 @@ const std::string kTwoTets =
 
 TEST(ReadMsh, TurnsInvertedElementsAndDropsTwinsAndUnusedNodes) {
   const core::TemporaryFolder folder;
-  const mesh::TetMesh mesh = mesh::readers::read_msh(test::written(folder, "two.msh", kTwoTets));
+  const mesh::TetMesh mesh = mesh::readers::read_msh(test::written(folder, "two.msh", two_tets));
   EXPECT_EQ(mesh.element_count(), 2u);
   EXPECT_EQ(mesh.nodes.size(), 5u);
   EXPECT_NEAR(volume_of(mesh, 0), 1.0 / 6 + 1.0 / 3, 1e-15);
@@ -194,7 +194,7 @@ TEST(ReadMsh, RefusesOtherVolumeElementsAndMixedOrders) {
 TEST(ReadMsh, NamesTheLineOfWhatIsWrong) {
   const auto error = [](const std::string& from, const std::string& to) {
     const core::TemporaryFolder folder;
-    std::string text = kTwoTets;
+    std::string text = two_tets;
     text.replace(text.find(from), from.size(), to);
     const std::string path = test::written(folder, "two.msh", text);
     return message_of<InputError>([&] { mesh::readers::read_msh(path); });

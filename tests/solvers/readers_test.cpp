@@ -28,9 +28,9 @@ std::string error_of(mesh::readers::PolygonMesh (*read)(const std::string&, std:
 }
 
 /// Corners of the unit cube and its six faces, counter-clockwise from outside.
-constexpr double kCubeVertices[8][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},
+constexpr double cube_vertices[8][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},
                                         {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
-constexpr int kCubeFaces[6][4] = {{0, 3, 2, 1}, {4, 5, 6, 7}, {0, 1, 5, 4},
+constexpr int cube_faces[6][4] = {{0, 3, 2, 1}, {4, 5, 6, 7}, {0, 1, 5, 4},
                                   {1, 2, 6, 5}, {2, 3, 7, 6}, {3, 0, 4, 7}};
 
 template <class T>
@@ -43,8 +43,8 @@ void append(std::string& bytes, T value, bool swap = false) {
 
 std::string cube_obj() {
   std::string text = "# cube\no cube\n";
-  for (const auto& v : kCubeVertices) text += fmt::format("v {} {} {}\n", v[0], v[1], v[2]);
-  for (const auto& f : kCubeFaces) {
+  for (const auto& v : cube_vertices) text += fmt::format("v {} {} {}\n", v[0], v[1], v[2]);
+  for (const auto& f : cube_faces) {
     text += fmt::format("f {} {} {} {}\n", f[0] + 1, f[1] + 1, f[2] + 1, f[3] + 1);
   }
   return text;
@@ -52,8 +52,8 @@ std::string cube_obj() {
 
 std::string cube_off() {
   std::string text = "OFF\n8 6 12\n";
-  for (const auto& v : kCubeVertices) text += fmt::format("{} {} {}\n", v[0], v[1], v[2]);
-  for (const auto& f : kCubeFaces) text += fmt::format("4 {} {} {} {}\n", f[0], f[1], f[2], f[3]);
+  for (const auto& v : cube_vertices) text += fmt::format("{} {} {}\n", v[0], v[1], v[2]);
+  for (const auto& f : cube_faces) text += fmt::format("4 {} {} {} {}\n", f[0], f[1], f[2], f[3]);
   return text;
 }
 
@@ -64,7 +64,7 @@ std::string cube_ply(const std::string& encoding) {
   bytes += "element face 6\nproperty float quality\nproperty list uint8 int32 vertex_index\n";
   bytes += "element edge 1\nproperty int vertex1\nend_header\n";
   const bool swap = encoding == "binary_big_endian";
-  for (const auto& v : kCubeVertices) {
+  for (const auto& v : cube_vertices) {
     if (encoding == "ascii") {
       bytes += fmt::format("7 {} {} {} 2 5 6\n", v[0], v[1], v[2]);
       continue;
@@ -77,7 +77,7 @@ std::string cube_ply(const std::string& encoding) {
     append(bytes, std::int16_t{5}, swap);
     append(bytes, std::int16_t{6}, swap);
   }
-  for (const auto& f : kCubeFaces) {
+  for (const auto& f : cube_faces) {
     if (encoding == "ascii") {
       bytes += fmt::format("nan 4 {} {} {} {}\n", f[0], f[1], f[2], f[3]);
       continue;
@@ -97,12 +97,12 @@ std::string cube_ply(const std::string& encoding) {
 std::string cube_stl(bool binary, const std::string& header = "solid cube") {
   std::string bytes = binary ? header + std::string(80 - header.size(), '\0') : header + "\n";
   if (binary) append(bytes, std::uint32_t{12});
-  for (const auto& f : kCubeFaces) {
+  for (const auto& f : cube_faces) {
     for (const auto& t : {std::array{f[0], f[1], f[2]}, std::array{f[0], f[2], f[3]}}) {
       if (!binary) bytes += "facet normal 0 0 0\n outer loop\n";
       for (int k = 0; binary && k < 3; ++k) append(bytes, 0.0f);
       for (const int i : t) {
-        const auto& v = kCubeVertices[i];
+        const auto& v = cube_vertices[i];
         if (!binary) bytes += fmt::format("  vertex {} {} {}\n", v[0], v[1], v[2]);
         for (int k = 0; binary && k < 3; ++k) append(bytes, static_cast<float>(v[k]));
       }

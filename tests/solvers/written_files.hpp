@@ -38,7 +38,7 @@ std::string message_of(Run run) {
 /// `bytes` with up to five changes: bytes flipped, cut out, doubled, replaced by telling words, or
 /// the end cut off.
 inline std::string damaged(std::string bytes, std::mt19937_64& random) {
-  static const std::string kTelling[] = {"-1", "999999999999", "nan", "\n", " ", "\"", "0", "$End"};
+  static const std::string telling[] = {"-1", "999999999999", "nan", "\n", " ", "\"", "0", "$End"};
   const auto below = [&random](std::size_t n) { return static_cast<std::size_t>(random() % n); };
   for (std::size_t changes = 1 + below(5); changes > 0 && !bytes.empty(); --changes) {
     const std::size_t at = below(bytes.size());
@@ -56,7 +56,7 @@ inline std::string damaged(std::string bytes, std::mt19937_64& random) {
         break;
       case 5:
       case 6:
-        bytes.replace(at, 1, kTelling[below(std::size(kTelling))]);
+        bytes.replace(at, 1, telling[below(std::size(telling))]);
         break;
       default:
         bytes[at] = static_cast<char>(below(256));

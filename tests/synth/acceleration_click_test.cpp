@@ -17,7 +17,7 @@
 namespace carillon::synth {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+constexpr double pi = std::numbers::pi;
 using Complex = std::complex<double>;
 
 contact::RigidSource sphere(double radius, double mass) {
@@ -25,7 +25,7 @@ contact::RigidSource sphere(double radius, double mass) {
 }
 
 double moving_mass(double radius, double mass) {
-  return mass + modal::kAirDensity * 2 * kPi / 3 * radius * radius * radius;
+  return mass + modal::air_density * 2 * pi / 3 * radius * radius * radius;
 }
 
 /// Spherical Hankel function of order 1 for exp(i w t), outgoing, and its derivative.
@@ -39,7 +39,7 @@ Complex hankel_slope(double x) {
 
 /// Transform of the raised cosine of unit area over 0 <= t <= T.
 Complex pulse(double w, double T) {
-  const double x = w * T / (2 * kPi);
+  const double x = w * T / (2 * pi);
   const double s = w * T / 2;
   return std::polar(std::sin(s) / s / (1 - x * x), -s);
 }
@@ -52,7 +52,7 @@ TEST(Click, SpectrumIsThatOfAnOscillatingSphere) {
   const auto samples =
       contact::acceleration_click(sphere(a, m), impulse, {.duration = T}, listener, fs, 20000);
   for (const double f : {500.0, 2000.0, 6000.0, 9000.0}) {
-    const double w = 2 * kPi * f, k = w / modal::kSoundSpeed;
+    const double w = 2 * pi * f, k = w / modal::speed_of_sound;
     Complex sum = 0;
     for (std::size_t n = 0; n < samples.size(); ++n) {
       // The middle of the interval that a sample is the mean of.
@@ -60,7 +60,7 @@ TEST(Click, SpectrumIsThatOfAnOscillatingSphere) {
              std::polar(1.0, -w * (static_cast<double>(n) - 0.5) / fs);
     }
     const Complex velocity = 0.05 / moving_mass(a, m) * pulse(w, T) / Complex(0, w);
-    const Complex exact = Complex(0, -modal::kAirDensity * modal::kSoundSpeed) * velocity *
+    const Complex exact = Complex(0, -modal::air_density * modal::speed_of_sound) * velocity *
                           std::cos(0.7) * hankel(k * r) / hankel_slope(k * a);
     EXPECT_LT(std::abs(sum - exact) / std::abs(exact), 2e-4) << f << " Hz";
   }
@@ -72,16 +72,16 @@ TEST(Click, IsADipoleWhereTheSphereIsSmallAgainstTheWave) {
   for (const double r : {0.01, 1.0}) {
     const auto samples =
         contact::acceleration_click(sphere(a, m), {0, 0, 1}, {.duration = T}, {0, 0, r}, fs, 5200);
-    const double delay = (r - a) / modal::kSoundSpeed;
+    const double delay = (r - a) / modal::speed_of_sound;
     double worst = 0, peak = 0;
     for (std::size_t n = 0; n < samples.size(); ++n) {
       // The sphere's own lag: a / c.
-      const double t = (static_cast<double>(n) - 0.5) / fs - delay - a / modal::kSoundSpeed;
+      const double t = (static_cast<double>(n) - 0.5) / fs - delay - a / modal::speed_of_sound;
       const bool on = t > 0 && t < T;
-      const double force = on ? (1 - std::cos(2 * kPi * t / T)) / T : 0;
-      const double slope = on ? 2 * kPi / T * std::sin(2 * kPi * t / T) / T : 0;
-      const double dipole = modal::kAirDensity * a * a * a / 2 / moving_mass(a, m) *
-                            (slope / (modal::kSoundSpeed * r) + force / (r * r));
+      const double force = on ? (1 - std::cos(2 * pi * t / T)) / T : 0;
+      const double slope = on ? 2 * pi / T * std::sin(2 * pi * t / T) / T : 0;
+      const double dipole = modal::air_density * a * a * a / 2 / moving_mass(a, m) *
+                            (slope / (modal::speed_of_sound * r) + force / (r * r));
       worst = std::max(worst, std::abs(dipole - static_cast<double>(samples[n])));
       peak = std::max(peak, std::abs(dipole));
     }
@@ -100,7 +100,7 @@ TEST(Click, SumsToThePotentialOfTheMotionThatRemains) {
       sum += static_cast<double>(p) / fs;
       size += std::abs(static_cast<double>(p)) / fs;
     }
-    const double left = modal::kAirDensity * a * a * a * 0.8 * (2 / moving_mass(a, m)) / (2 * 0.25);
+    const double left = modal::air_density * a * a * a * 0.8 * (2 / moving_mass(a, m)) / (2 * 0.25);
     EXPECT_NEAR(sum, left, 1e-6 * size);
     EXPECT_GT(size, 2 * left);
   }
@@ -114,7 +114,7 @@ RC_GTEST_PROP(Click, IsSilentBeforeSoundCanArrive, ()) {
   const double T = *rc::gen::element(0.0, 1e-6, 1e-4, 1e-2);
   const auto samples =
       contact::acceleration_click(sphere(a, 1), {0, 0, 1}, {.duration = T}, {0, 0, r}, fs, 20000);
-  const double arrival = (r - a) / modal::kSoundSpeed;
+  const double arrival = (r - a) / modal::speed_of_sound;
   for (std::size_t n = 0; n < samples.size(); ++n) {
     if (static_cast<double>(n) / fs < arrival) RC_ASSERT(samples[n] == 0.0f);
     RC_ASSERT(std::isfinite(samples[n]));
@@ -129,7 +129,7 @@ TEST(Click, FollowsTheCosineTheImpulseAndItsSign) {
   };
   const auto ahead = at({0, 0, 1}, 0);
   const auto aside = at({0, 0, 1}, 1.0);
-  const auto behind = at({0, 0, 1}, kPi);
+  const auto behind = at({0, 0, 1}, pi);
   const auto reversed = at({0, 0, -3}, 0);
   const auto square = at({0, 1, 0}, 0.3);
   double peak = 0;
@@ -146,7 +146,7 @@ TEST(Click, FollowsTheCosineTheImpulseAndItsSign) {
 
 TEST(Click, FallsWithDistance) {
   // 1 / r where the near field is over; whole samples of flight between the two.
-  const double fs = 44100, a = 0.02, step = modal::kSoundSpeed / fs;
+  const double fs = 44100, a = 0.02, step = modal::speed_of_sound / fs;
   const double near = a + 1000 * step, far = a + 3000 * step;
   const auto first = contact::acceleration_click(sphere(a, 1), {0, 0, 1}, {.duration = 1e-4},
                                                  {0, 0, near}, fs, 4000);
@@ -182,16 +182,16 @@ TEST(EquivalentSphere, OfASphereIsItself) {
 TEST(EquivalentSphere, HasLambsAddedMasses) {
   // Disc: 8/3 rho R^3 along its axis (Lamb, Hydrodynamics, 102 and 114.4), none across it.
   const Vec3 disc = contact::equivalent_radii({0.2, 0.2, 2e-6});
-  EXPECT_NEAR(2 * kPi * std::pow(disc[2], 3) / (8.0 / 3 * 0.008), 1, 1e-4);
+  EXPECT_NEAR(2 * pi * std::pow(disc[2], 3) / (8.0 / 3 * 0.008), 1, 1e-4);
   EXPECT_LT(disc[0], 0.02);
   // Prolate spheroid of axes 2 : 1 in closed form (Lamb, 114, eq. 4 and 6).
   const double e = std::sqrt(0.75), log = std::log((1 + e) / (1 - e));
   const double along = 2 * (1 - e * e) / (e * e * e) * (log / 2 - e);
   const double across = 1 / (e * e) - (1 - e * e) / (2 * e * e * e) * log;
   const Vec3 egg = contact::equivalent_radii({1, 1, 2});
-  const double volume = 4 * kPi / 3 * 2;
-  EXPECT_NEAR(2 * kPi * std::pow(egg[2], 3) / volume, 2 / (2 - along), 1e-12);
-  EXPECT_NEAR(2 * kPi * std::pow(egg[0], 3) / volume, 2 / (2 - across), 1e-12);
+  const double volume = 4 * pi / 3 * 2;
+  EXPECT_NEAR(2 * pi * std::pow(egg[2], 3) / volume, 2 / (2 - along), 1e-12);
+  EXPECT_NEAR(2 * pi * std::pow(egg[0], 3) / volume, 2 / (2 - across), 1e-12);
 }
 
 TEST(EquivalentSphere, TurnsWithTheBody) {

@@ -14,7 +14,7 @@
 namespace carillon::synth {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+constexpr double pi = std::numbers::pi;
 
 support::CoupledModes coupled(const HeldModes& held) {
   auto modes = support::couple(held.eigenvalues, held.decay_rates, held.dashpots);
@@ -157,7 +157,7 @@ TEST(CoupledModes, OfARodOnADashpotDecayAsItsWavesDo) {
   rod.dashpots.resize(n, 1);
   const double c = 0.6 * impedance;
   for (int k = 0; k < n; ++k) {
-    rod.eigenvalues.push_back(std::pow((k + 0.5) * kPi * speed / length, 2));
+    rod.eigenvalues.push_back(std::pow((k + 0.5) * pi * speed / length, 2));
     rod.decay_rates.push_back(0);
     rod.dashpots(k, 0) = std::sqrt(c) * std::sqrt(2 / mass) * (k % 2 == 0 ? 1 : -1);
   }
@@ -189,7 +189,7 @@ TEST(CoupledModes, OfAFreeRodOnADashpotCoupleWithItsMotionAsAWhole) {
   rod.dashpots.resize(n + 1, 1);
   const double c = 0.6 * impedance;
   for (int k = 0; k < n; ++k) {
-    rod.eigenvalues.push_back(std::pow((k + 1) * kPi * speed / length, 2));
+    rod.eigenvalues.push_back(std::pow((k + 1) * pi * speed / length, 2));
     rod.decay_rates.push_back(0);
     rod.dashpots(k, 0) = std::sqrt(c) * std::sqrt(2 / mass);
   }
@@ -240,7 +240,7 @@ TEST(CoupledModes, OfAFreeBodySoundLikeMatrixExponentialsWithItsRigidCoordinates
 TEST(CoupledModes, DiagonalErrorIsEstimatedWithoutSolving) {
   HeldModes held;
   for (const double hertz : {200.0, 550.0, 1080.0, 1790.0}) {
-    held.eigenvalues.push_back(std::pow(2 * kPi * hertz, 2));
+    held.eigenvalues.push_back(std::pow(2 * pi * hertz, 2));
     held.decay_rates.push_back(0);
   }
   held.dashpots.resize(6, 1);
@@ -273,7 +273,7 @@ TEST(CoupledModes, DiagonalErrorFallsWithTheForce) {
   // Between modes far apart, coupling moves a pole by the square of the dashpot.
   HeldModes held;
   for (const double hertz : {200.0, 550.0, 1080.0, 1790.0}) {
-    held.eigenvalues.push_back(std::pow(2 * kPi * hertz, 2));
+    held.eigenvalues.push_back(std::pow(2 * pi * hertz, 2));
     held.decay_rates.push_back(0);
   }
   held.dashpots = Eigen::Vector4d(3, -4, 5, 4);

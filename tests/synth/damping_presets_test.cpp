@@ -13,7 +13,7 @@
 namespace carillon::synth {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+constexpr double pi = std::numbers::pi;
 
 std::vector<double> column(const std::vector<std::vector<double>>& rows, std::size_t c) {
   std::vector<double> values;
@@ -125,7 +125,7 @@ TEST(DampingPresets, OverCriticalOnesAreKnown) {
                                                            {"gpd_aluminum_caughey", {0, 2425}}};
   for (const material::Material& material : material::preset_materials()) {
     const auto c = damping::damping_function(material.damping);
-    const auto over = [&](int f) { return c(std::pow(2 * kPi * f, 2)) / 2 >= 2 * kPi * f; };
+    const auto over = [&](int f) { return c(std::pow(2 * pi * f, 2)) / 2 >= 2 * pi * f; };
     const auto found = known.find(material.name);
     if (found == known.end()) {
       // Alpha1 of the first object's tables is large: below 20 Hz nothing is said.
@@ -138,7 +138,7 @@ TEST(DampingPresets, OverCriticalOnesAreKnown) {
     }
     const auto& a = material.damping.parameters;
     const auto excess = [&](double hertz) {
-      const double omega = 2 * kPi * hertz;
+      const double omega = 2 * pi * hertz;
       return a[2] * omega * omega * omega + a[1] * omega + a[0] / omega - 2;
     };
     EXPECT_GE(excess(high), 0) << material.name;

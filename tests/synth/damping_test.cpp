@@ -12,11 +12,11 @@
 namespace carillon::synth {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+constexpr double pi = std::numbers::pi;
 using Real = long double;
 
 double at_hertz(double f) {
-  return std::pow(2 * kPi * f, 2);
+  return std::pow(2 * pi * f, 2);
 }
 
 double c_of(const damping::DampingModel& model, double lambda) {

@@ -21,11 +21,11 @@
 namespace carillon::synth {
 namespace {
 
-constexpr double kRadius = 0.05;
-const Vec3 kOrigin = Vec3::Zero();
+constexpr double fixed_radius = 0.05;
+const Vec3 origin = Vec3::Zero();
 
 solvers::modes::ModeSurface sphere() {
-  return curved_sphere(kRadius, kOrigin, 4, 3);
+  return curved_sphere(fixed_radius, origin, 4, 3);
 }
 
 Complex undelayed(const Complex& pressure, double k, double distance) {
@@ -55,16 +55,16 @@ TEST(PointFlux, GradientOfTheSolidAngle) {
 
 TEST(OuterTriangles, AreClosedAndLeaveCavitiesOut) {
   solvers::modes::ModeSurface surface = sphere();
-  append(surface, curved_sphere(0.03, kOrigin, 2, 3, true));
+  append(surface, curved_sphere(0.03, origin, 2, 3, true));
   const surface::OuterTriangles cut = surface::outer_triangles(surface, 3000);
   EXPECT_GE(cut.size(), 3000u);
-  Vec3 sum = kOrigin;
+  Vec3 sum = origin;
   for (const Vec3& area : cut.area_vectors) sum += area;
   EXPECT_LT(sum.norm(), 1e-12 * cut.area);
   for (const auto& sides : cut.neighbours) {
     for (const int neighbour : sides) EXPECT_GE(neighbour, 0);
   }
-  EXPECT_NEAR(cut.area, 4 * std::numbers::pi * kRadius * kRadius, 2e-3 * cut.area);
+  EXPECT_NEAR(cut.area, 4 * std::numbers::pi * fixed_radius * fixed_radius, 2e-3 * cut.area);
   EXPECT_NEAR(solvers::mesh::winding_number(cut.mesh, {0, 0, 0.04}), 1, 1e-9);
   EXPECT_NEAR(solvers::mesh::winding_number(cut.mesh, {0, 0, 0.06}), 0, 1e-9);
   EXPECT_NEAR(surface::distance_from(cut.mesh, {0, 0, 0.08}), 0.03, 1e-4);
@@ -75,17 +75,17 @@ TEST(EquivalentSources, AreTheSphereOfEveryOrder) {
   const std::vector<double> ka = {0.1, 0.5, 1, 2, 3, 4, 5};
   const std::vector<modal::Listener> listeners = {{{0.02, 0.03, 0.06}}, {{0.3, -0.2, 0.9}}};
   for (int order = 0; order < 4; ++order) {
-    const auto fit = heard_radiation(sphere_modes(sphere(), kRadius, order, ka), listeners);
+    const auto fit = heard_radiation(sphere_modes(sphere(), fixed_radius, order, ka), listeners);
     for (std::size_t mode = 0; mode < ka.size(); ++mode) {
       EXPECT_LT(fit.residuals[mode], 0.02) << order << " " << ka[mode];
       RecordProperty(fmt::format("residual_order_{}_ka_{}", order, ka[mode]),
                      fmt::format("{:.4f}", fit.residuals[mode]));
       for (std::size_t row = 0; row < listeners.size(); ++row) {
         const Vec3& x = listeners[row].position;
-        const double k = ka[mode] / kRadius;
+        const double k = ka[mode] / fixed_radius;
         // Of the field of high orders at low k nothing is left far away but what the fit is off.
         if (order >= 2 && row == 1 && ka[mode] < 1) continue;
-        const Complex expected = undelayed(sphere_pressure(order, k, kRadius, x), k, x.norm());
+        const Complex expected = undelayed(sphere_pressure(order, k, fixed_radius, x), k, x.norm());
         const Complex found = fit.radiated.pressure(Eigen::Index(row), Eigen::Index(mode));
         const double error = decibels(found, expected);
         EXPECT_NEAR(error, 0, 0.35) << order << " " << ka[mode] << " " << row;
@@ -103,10 +103,10 @@ TEST(EquivalentSources, PassInnerResonances) {
   const std::vector<double> ka = {3.1, std::numbers::pi, 3.2, 4.45, 4.493409458, 4.53};
   const std::vector<modal::Listener> listeners = {{{0.1, -0.2, 0.4}}};
   for (const int order : {0, 1}) {
-    const auto fit = heard_radiation(sphere_modes(sphere(), kRadius, order, ka), listeners);
+    const auto fit = heard_radiation(sphere_modes(sphere(), fixed_radius, order, ka), listeners);
     for (std::size_t mode = 0; mode < ka.size(); ++mode) {
-      const double k = ka[mode] / kRadius;
-      const Complex expected = sphere_pressure(order, k, kRadius, listeners[0].position);
+      const double k = ka[mode] / fixed_radius;
+      const Complex expected = sphere_pressure(order, k, fixed_radius, listeners[0].position);
       EXPECT_NEAR(decibels(fit.radiated.pressure(0, Eigen::Index(mode)), expected), 0, 0.15);
       EXPECT_LT(fit.residuals[mode], 0.01);
     }
@@ -116,13 +116,15 @@ TEST(EquivalentSources, PassInnerResonances) {
 // A rigid thin disc that moves along its axis: dipole of the added mass 8/3 rho a^3 (Lamb).
 TEST(EquivalentSources, AreTheDipoleOfAThinDisc) {
   for (const double thickness : {1e-3, 1e-4}) {
-    const double ka = 0.1, k = ka / kRadius;
-    const auto modes = modes_with(disc(kRadius, thickness), {std::pow(k * modal::kSoundSpeed, 2)},
-                                  [](int, const Vec3&) { return Vec3(0, 0, 1); });
+    const double ka = 0.1, k = ka / fixed_radius;
+    const auto modes =
+        modes_with(disc(fixed_radius, thickness), {std::pow(k * modal::speed_of_sound, 2)},
+                   [](int, const Vec3&) { return Vec3(0, 0, 1); });
     const std::vector<modal::Listener> listeners = {{{0, 0, 1}}, {{1, 0, 1}}, {{0, 0, -1}}};
     const auto fit = heard_radiation(modes, listeners);
-    const double moment = modal::kAirDensity * (8.0 / 3 * std::pow(kRadius, 3) +
-                                                std::numbers::pi * kRadius * kRadius * thickness);
+    const double moment =
+        modal::air_density * (8.0 / 3 * std::pow(fixed_radius, 3) +
+                              std::numbers::pi * fixed_radius * fixed_radius * thickness);
     for (std::size_t row = 0; row < listeners.size(); ++row) {
       const Vec3& x = listeners[row].position;
       const double r = x.norm();
@@ -138,7 +140,7 @@ TEST(EquivalentSources, AreTheDipoleOfAThinDisc) {
 
 // The same sound from a breathing ball far smaller than the wavelength as from its volume velocity.
 TEST(EquivalentSources, AreTheMonopoleOfASmallBall) {
-  const auto modes = sphere_modes(sphere(), kRadius, 0, {0.01, 0.02, 0.02});
+  const auto modes = sphere_modes(sphere(), fixed_radius, 0, {0.01, 0.02, 0.02});
   const std::vector<modal::Listener> listeners = {{{0.3, 0.4, 0}}};
   const std::vector<double> decay = {3, 20, 500};  // the last dies within a few periods
   const auto fit = heard_radiation(modes, listeners);
@@ -156,7 +158,7 @@ TEST(EquivalentSources, AreTheMonopoleOfASmallBall) {
   }
   EXPECT_GT(peak, 0);
   EXPECT_LT(worst, 0.03 * peak);
-  EXPECT_NEAR(near.delays[0], 0.5 / modal::kSoundSpeed, 1e-9);
+  EXPECT_NEAR(near.delays[0], 0.5 / modal::speed_of_sound, 1e-9);
 }
 
 // Power over twice the energy: of spheres that breathe and that move to and fro (Pierce, Acoustics,
@@ -166,14 +168,14 @@ TEST(EquivalentSources, DampTheModesOfASphereAsTheyRadiate) {
   const std::vector<double> ka = {0.1, 0.5, 1, 2, 4};
   const std::vector<modal::Listener> listeners = {{{0, 0, 1}}};
   for (const int order : {0, 1}) {
-    const auto modes = sphere_modes(sphere(), kRadius, order, ka);
+    const auto modes = sphere_modes(sphere(), fixed_radius, order, ka);
     const auto fit = heard_radiation(modes, listeners);
     for (std::size_t mode = 0; mode < ka.size(); ++mode) {
       const double x = ka[mode];
       const double resistance =
-          modal::kAirDensity * modal::kSoundSpeed *
+          modal::air_density * modal::speed_of_sound *
           (order == 0 ? x * x / (1 + x * x) : std::pow(x, 4) / (4 + std::pow(x, 4)));
-      const double area = 4 * std::numbers::pi * kRadius * kRadius / (order == 0 ? 1 : 3);
+      const double area = 4 * std::numbers::pi * fixed_radius * fixed_radius / (order == 0 ? 1 : 3);
       EXPECT_NEAR(fit.decay_rates[mode] / (resistance * area / 2), 1, 0.05) << order << " " << x;
     }
   }
@@ -182,7 +184,7 @@ TEST(EquivalentSources, DampTheModesOfASphereAsTheyRadiate) {
 TEST(EquivalentSources, TurnWithTheBody) {
   const Eigen::Matrix3d turn =
       Eigen::AngleAxisd(1.1, Vec3(1, 2, -0.5).normalized()).toRotationMatrix();
-  auto modes = sphere_modes(sphere(), kRadius, 2, {0.7, 2.5});
+  auto modes = sphere_modes(sphere(), fixed_radius, 2, {0.7, 2.5});
   std::vector<modal::Listener> listeners = {{{0.02, 0.05, 0.12}}};
   const auto before = heard_radiation(modes, listeners);
   for (Vec3& node : modes.surface.nodes) node = turn * node;
@@ -202,16 +204,16 @@ TEST(EquivalentSources, TurnWithTheBody) {
 
 // What a disc of sharp edges sends out is the same through a near sphere and through a far one.
 TEST(EquivalentSources, KeepPower) {
-  const double k = 1.5 / kRadius, omega = k * modal::kSoundSpeed;
-  const auto modes = modes_with(disc(kRadius, 0.02), {omega * omega},
+  const double k = 1.5 / fixed_radius, omega = k * modal::speed_of_sound;
+  const auto modes = modes_with(disc(fixed_radius, 0.02), {omega * omega},
                                 [](int, const Vec3& x) { return Vec3(x[0], 0, 0.05 + x[1]); });
-  constexpr int kRings = 16, kTurns = 32;
+  constexpr int rings = 16, turns = 32;
   const double near = 0.09, far = 2, step = 1e-4;
   std::vector<modal::Listener> listeners;
-  for (int i = 0; i < kRings; ++i) {
-    const double z = -1 + (2 * i + 1.0) / kRings;
-    for (int j = 0; j < kTurns; ++j) {
-      const double angle = 2 * std::numbers::pi * j / kTurns;
+  for (int i = 0; i < rings; ++i) {
+    const double z = -1 + (2 * i + 1.0) / rings;
+    for (int j = 0; j < turns; ++j) {
+      const double angle = 2 * std::numbers::pi * j / turns;
       const double across = std::sqrt(1 - z * z);
       const Vec3 direction(across * std::cos(angle), across * std::sin(angle), z);
       for (const double r : {near - step, near + step, far}) listeners.push_back({r * direction});
@@ -219,25 +221,26 @@ TEST(EquivalentSources, KeepPower) {
   }
   const auto fit = heard_radiation(modes, listeners);
   double near_power = 0, far_power = 0;
-  for (Eigen::Index i = 0; i < kRings * kTurns; ++i) {
+  for (Eigen::Index i = 0; i < rings * turns; ++i) {
     const auto at = [&](Eigen::Index row) {
       return fit.radiated.pressure(row, 0) *
              std::polar(1.0, -omega * fit.radiated.delays[std::size_t(row)]);
     };
     const Complex inner = at(3 * i), outer = at(3 * i + 1);
     const Complex velocity =
-        (outer - inner) / (2 * step) / (-Complex(0, 1) * omega * modal::kAirDensity);
+        (outer - inner) / (2 * step) / (-Complex(0, 1) * omega * modal::air_density);
     near_power += std::real(0.5 * (inner + outer) * std::conj(velocity)) * near * near;
-    far_power += std::norm(at(3 * i + 2)) / (modal::kAirDensity * modal::kSoundSpeed) * far * far;
+    far_power +=
+        std::norm(at(3 * i + 2)) / (modal::air_density * modal::speed_of_sound) * far * far;
   }
   EXPECT_NEAR(near_power / far_power, 1, 0.02);
   // Means over the sphere times its area and a half; what is left decays at half of it per energy.
-  const double power = 4 * std::numbers::pi / (kRings * kTurns) * far_power / 2;
+  const double power = 4 * std::numbers::pi / (rings * turns) * far_power / 2;
   EXPECT_NEAR(fit.decay_rates[0] / (power * omega * omega), 1, 0.03);
 }
 
 TEST(EquivalentSources, ALinearMapWithinRepeatedModes) {
-  const double lambda = std::pow(1.3 / kRadius * modal::kSoundSpeed, 2), turn = 0.7;
+  const double lambda = std::pow(1.3 / fixed_radius * modal::speed_of_sound, 2), turn = 0.7;
   const auto shapes = [&](double angle) {
     return modes_with(sphere(), {lambda, lambda}, [=](int mode, const Vec3& x) -> Vec3 {
       const double phase = angle + mode * std::numbers::pi / 2;
@@ -252,9 +255,9 @@ TEST(EquivalentSources, ALinearMapWithinRepeatedModes) {
 }
 
 TEST(EquivalentSources, ListenersMustBeInTheOpenAir) {
-  const auto modes = sphere_modes(sphere(), kRadius, 0, {1});
+  const auto modes = sphere_modes(sphere(), fixed_radius, 0, {1});
   for (const Vec3& place :
-       {Vec3(0, 0, 0.02), Vec3(0, 0, kRadius), Vec3(0, 0, 0.0501), Vec3(0, 0, std::nan(""))}) {
+       {Vec3(0, 0, 0.02), Vec3(0, 0, fixed_radius), Vec3(0, 0, 0.0501), Vec3(0, 0, std::nan(""))}) {
     const std::vector<modal::Listener> listeners = {{{0, 0, 1}}, {place}};
     try {
       heard_radiation(modes, listeners);
@@ -268,7 +271,7 @@ TEST(EquivalentSources, ListenersMustBeInTheOpenAir) {
 TEST(EquivalentSources, AreKeptInAFile) {
   const core::TemporaryFolder temporary;
   const std::filesystem::path& folder = temporary.path();
-  const auto modes = sphere_modes(sphere(), kRadius, 1, {1, 2});
+  const auto modes = sphere_modes(sphere(), fixed_radius, 1, {1, 2});
   const std::vector<modal::Listener> listeners = {{{0, 0.1, 1}}, {{0.07, 0.02, 0}}};
   radiation::EquivalentSourcesOptions options;
   options.least = options.most = 60;
@@ -306,7 +309,7 @@ TEST(EquivalentSources, AreKeptInAFile) {
 
 // Wherever the listener and however many at a time: one fit's field, that of the closed form.
 TEST(EquivalentSources, OneFitServesListenersAnywhere) {
-  const auto modes = sphere_modes(sphere(), kRadius, 1, {0.5, 0.5, 2, 4});
+  const auto modes = sphere_modes(sphere(), fixed_radius, 1, {0.5, 0.5, 2, 4});
   const radiation::SourceField field(radiation::fit_equivalent_sources(modes));
   std::vector<modal::Listener> all;
   for (const double distance : {0.07, 0.3, 20.0, 3000.0}) {
@@ -321,9 +324,9 @@ TEST(EquivalentSources, OneFitServesListenersAnywhere) {
     EXPECT_EQ(alone.pressure.row(0), together.pressure.row(r));
     EXPECT_EQ(alone.delays[0], together.delays[row]);
     for (std::size_t mode = 0; mode < modes.size(); ++mode) {
-      const double k = std::sqrt(modes.eigenvalues[mode]) / modal::kSoundSpeed;
-      const Complex expected =
-          undelayed(sphere_pressure(1, k, kRadius, all[row].position), k, all[row].position.norm());
+      const double k = std::sqrt(modes.eigenvalues[mode]) / modal::speed_of_sound;
+      const Complex expected = undelayed(sphere_pressure(1, k, fixed_radius, all[row].position), k,
+                                         all[row].position.norm());
       const Complex found = together.pressure(r, static_cast<Eigen::Index>(mode));
       EXPECT_LT(std::abs(found / expected - 1.0), 0.05) << row << ' ' << mode;
     }

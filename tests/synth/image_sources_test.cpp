@@ -15,17 +15,17 @@ namespace {
 
 using Eigen::Vector3d;
 
-const Vector3d kSize(5, 4, 3);
-const Vector3d kSource(1, 1.25, 1);
-const Vector3d kHearer(2, 2.5, 1.5);
+const Vector3d room_size(5, 4, 3);
+const Vector3d source_position(1, 1.25, 1);
+const Vector3d hearer(2, 2.5, 1.5);
 
 struct Expected {
   Vector3d position;
-  std::array<int, room::kWalls> hits;
+  std::array<int, room::wall_count> hits;
 };
 
 // Mirrored by hand in x = 0, x = 5, y = 0, y = 4, z = 0, z = 3.
-const Expected kHandList[] = {
+const Expected hand_list[] = {
     {{-1, 1.25, 1}, {1, 0, 0, 0, 0, 0}},  {{9, 1.25, 1}, {0, 1, 0, 0, 0, 0}},
     {{1, -1.25, 1}, {0, 0, 1, 0, 0, 0}},  {{1, 6.75, 1}, {0, 0, 0, 1, 0, 0}},
     {{1, 1.25, -1}, {0, 0, 0, 0, 1, 0}},  {{1, 1.25, 5}, {0, 0, 0, 0, 0, 1}},
@@ -40,16 +40,16 @@ const Expected kHandList[] = {
     {{1, 6.75, -1}, {0, 0, 0, 1, 1, 0}},  {{1, 6.75, 5}, {0, 0, 0, 1, 0, 1}}};
 
 TEST(ImageSources, OfOrderTwoAreTheHandList) {
-  const auto images = room::image_sources(kSize, kSource, kHearer, 2);
-  ASSERT_EQ(images.size(), std::size(kHandList));
-  for (const Expected& expected : kHandList) {
+  const auto images = room::image_sources(room_size, source_position, hearer, 2);
+  ASSERT_EQ(images.size(), std::size(hand_list));
+  for (const Expected& expected : hand_list) {
     const auto found =
         std::find_if(images.begin(), images.end(), [&](const room::ImageSource& image) {
           return (image.position - expected.position).norm() < 1e-12;
         });
     ASSERT_NE(found, images.end()) << expected.position.transpose();
     EXPECT_EQ(found->hits, expected.hits) << expected.position.transpose();
-    EXPECT_NEAR(found->distance, (expected.position - kHearer).norm(), 1e-12);
+    EXPECT_NEAR(found->distance, (expected.position - hearer).norm(), 1e-12);
   }
   EXPECT_TRUE(std::is_sorted(images.begin(), images.end(),
                              [](const auto& a, const auto& b) { return a.distance < b.distance; }));
@@ -169,7 +169,7 @@ TEST(ImageResponse, ArrivesWithTheLevelAndDelayOfFreeField) {
   const room::Air dry{20, 0.5};
   const auto response = room::image_response(std::span(&image, 1), 2.0, walls, dry, rate, 2000,
                                              room::ReflectionFilters(rate));
-  const double delay = (7.3 - 2.0) / modal::kSoundSpeed * rate;
+  const double delay = (7.3 - 2.0) / modal::speed_of_sound * rate;
   const auto from = static_cast<std::size_t>(delay) - 60;
   const std::vector<double> part(response.begin() + static_cast<std::ptrdiff_t>(from),
                                  response.begin() + static_cast<std::ptrdiff_t>(from) + 121);
@@ -195,7 +195,7 @@ TEST(ReflectionFilters, KeepTheEnergyOfEveryOctave) {
   for (const room::OctaveValues& gains : cases) {
     std::vector<std::complex<double>> spectrum(bins, 1.0);
     filters.apply(gains, spectrum);
-    for (std::size_t b = 0; b < room::kOctaves; ++b) {
+    for (std::size_t b = 0; b < room::octave_count; ++b) {
       double energy = 0, count = 0;
       for (std::size_t k = 0; k < bins; ++k) {
         const double f = static_cast<double>(k) * rate / static_cast<double>(filters.fft_size());
@@ -225,25 +225,26 @@ TEST(ReflectionFilters, AreFlatForEqualGainsAndSilentForNone) {
 TEST(CheckRoom, NamesWhatIsOutside) {
   const auto message = [](const Vector3d& source, const Vector3d& listener) -> std::string {
     try {
-      room::check_room(kSize, source, listener, 3);
+      room::check_room(room_size, source, listener, 3);
     } catch (const core::InputError& e) {
       EXPECT_FALSE(e.hint().empty());
       return e.message();
     }
     return "";
   };
-  EXPECT_EQ(message(kSource, kHearer), "");
-  EXPECT_EQ(message({6, 1, 1}, kHearer),
+  EXPECT_EQ(message(source_position, hearer), "");
+  EXPECT_EQ(message({6, 1, 1}, hearer),
             "the source at (6, 1, 1) m is not inside the room of 5 x 4 x 3 m");
-  EXPECT_EQ(message({5, 1, 1}, kHearer),
+  EXPECT_EQ(message({5, 1, 1}, hearer),
             "the source at (5, 1, 1) m is not inside the room of 5 x 4 x 3 m");
-  EXPECT_EQ(message(kSource, {1, -1, 1}),
+  EXPECT_EQ(message(source_position, {1, -1, 1}),
             "the listener at (1, -1, 1) m is not inside the room of 5 x 4 x 3 m");
-  EXPECT_EQ(message(kSource, {1, 1, std::nan("")}),
+  EXPECT_EQ(message(source_position, {1, 1, std::nan("")}),
             "the listener at (1, 1, nan) m is not inside the room of 5 x 4 x 3 m");
-  EXPECT_EQ(message(kSource, kSource), "source and listener are both at (1, 1.25, 1) m");
-  EXPECT_THROW(room::check_room(kSize, kSource, kHearer, -1), core::InputError);
-  EXPECT_THROW(room::check_room(kSize, kSource, kHearer, 21), core::InputError);
+  EXPECT_EQ(message(source_position, source_position),
+            "source and listener are both at (1, 1.25, 1) m");
+  EXPECT_THROW(room::check_room(room_size, source_position, hearer, -1), core::InputError);
+  EXPECT_THROW(room::check_room(room_size, source_position, hearer, 21), core::InputError);
 }
 
 }  // namespace

@@ -11,7 +11,7 @@
 namespace carillon::synth {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
+constexpr double pi = 3.14159265358979323846;
 
 double sum_of(const std::vector<float>& values) {
   return std::accumulate(values.begin(), values.end(), 0.0);
@@ -26,8 +26,8 @@ std::vector<float> two_decays() {
   std::vector<float> clip(44100);
   for (std::size_t n = 0; n < clip.size(); ++n) {
     const double t = static_cast<double>(n) / 44100;
-    clip[n] = static_cast<float>(0.5 * std::exp(-20 * t) * std::sin(2 * kPi * 1000 * t) +
-                                 0.25 * std::exp(-40 * t) * std::sin(2 * kPi * 3456.7 * t));
+    clip[n] = static_cast<float>(0.5 * std::exp(-20 * t) * std::sin(2 * pi * 1000 * t) +
+                                 0.25 * std::exp(-40 * t) * std::sin(2 * pi * 3456.7 * t));
   }
   return clip;
 }

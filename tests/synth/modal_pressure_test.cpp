@@ -15,12 +15,12 @@ namespace {
 
 using Complex = std::complex<double>;
 
-constexpr double kRate = 44100;
+constexpr double audio_rate = 44100;
 
 /// A dipole small against the wavelength, heard at r: P(s) = A (1/r + s/c) per acceleration.
-constexpr double kDistance = 0.5;
+constexpr double distance = 0.5;
 Complex dipole(Complex s) {
-  return 1.0 / kDistance + s / modal::kSoundSpeed;
+  return 1.0 / distance + s / modal::speed_of_sound;
 }
 
 solvers::modes::Modes mode_of(double omega) {
@@ -49,12 +49,13 @@ double peak(std::span<const float> sound) {
 std::vector<double> in_frequencies(double omega, double decay, double contact, std::size_t count) {
   signal::RealFft fft(1 << 18);
   std::fill(fft.signal().begin(), fft.signal().end(), 0.0);
-  for (std::size_t n = 0; double(n) / kRate < contact; ++n) {
-    fft.signal()[n] = (1 - std::cos(2 * std::numbers::pi * double(n) / kRate / contact)) / contact;
+  for (std::size_t n = 0; double(n) / audio_rate < contact; ++n) {
+    fft.signal()[n] =
+        (1 - std::cos(2 * std::numbers::pi * double(n) / audio_rate / contact)) / contact;
   }
   fft.forward();
   for (std::size_t k = 0; k < fft.bins(); ++k) {
-    const Complex s(0, 2 * std::numbers::pi * double(k) * kRate / double(fft.size()));
+    const Complex s(0, 2 * std::numbers::pi * double(k) * audio_rate / double(fft.size()));
     fft.spectrum()[k] *= dipole(s) * s * s / (s * s + 2 * decay * s + omega * omega);
   }
   fft.inverse();
@@ -68,7 +69,7 @@ TEST(ModalPressure, SlowPushesAreAsFaintAsADipoleMakesThem) {
   for (const double decay : {5.0, 60.0}) {
     for (const double contact : {14e-3, 5e-3}) {
       const modal::RingDown rings = dipole_rings(omega, decay);
-      const auto sound = modal::synthesize(rings, {contact}, kRate, 2000);
+      const auto sound = modal::synthesize(rings, {contact}, audio_rate, 2000);
       const auto expected = in_frequencies(omega, decay, contact, 2000);
       double worst = 0, most = 0;
       for (std::size_t n = 0; n < expected.size(); ++n) {
@@ -79,7 +80,7 @@ TEST(ModalPressure, SlowPushesAreAsFaintAsADipoleMakesThem) {
       // As velocity alone it would be louder by far.
       modal::RingDown wrong = rings;
       wrong.readout.force_rate.setZero();
-      EXPECT_GT(peak(modal::synthesize(wrong, {contact}, kRate, 2000)), 2 * most);
+      EXPECT_GT(peak(modal::synthesize(wrong, {contact}, audio_rate, 2000)), 2 * most);
     }
   }
 }
@@ -101,7 +102,7 @@ TEST(ModalPressure, IsContinuousThroughCriticalDamping) {
   const double omega = 2 * std::numbers::pi * 900;
   for (const double contact : {0.0, 1e-4, 1e-3, 1e-2}) {
     const auto heard = [&](double ratio) {
-      return modal::synthesize(dipole_rings(omega, ratio * omega), {contact}, kRate, 1000);
+      return modal::synthesize(dipole_rings(omega, ratio * omega), {contact}, audio_rate, 1000);
     };
     const double before = peak(heard(0.9));
     for (const double ratio : {0.99, 0.9999, 1 - 1e-8, 1.0, 1 + 1e-8, 1.0001, 1.1}) {

@@ -20,15 +20,15 @@ namespace {
 
 using Real = long double;
 using Cplx = std::complex<long double>;
-constexpr Real kPi = std::numbers::pi_v<long double>;
-constexpr modal::Weights kVelocity{0, 1, 0};
-constexpr modal::Weights kAcceleration{0, 0, 1};
+constexpr Real pi = std::numbers::pi_v<long double>;
+constexpr modal::Weights velocity{0, 1, 0};
+constexpr modal::Weights acceleration_weights{0, 0, 1};
 
 /// Motion by classical Runge-Kutta steps of q'' + 2 d q' + lambda q = F(t). Steps end where the
 /// force does, whose second derivative jumps there.
 modal::ModalMotion step_through(double lambda, double d, double contact_time, double t) {
   const auto force = [&](Real s) {
-    return s >= contact_time ? Real(0) : (1 - std::cos(2 * kPi * s / contact_time)) / contact_time;
+    return s >= contact_time ? Real(0) : (1 - std::cos(2 * pi * s / contact_time)) / contact_time;
   };
   const auto acceleration = [&](Real s, Real x, Real u) {
     return force(s) - 2 * d * u - lambda * x;
@@ -113,9 +113,9 @@ TEST(ModalResponse, BoundHolds) {
     for (int i = 0; i < 200; ++i) {
       const modal::ModalMotion motion = response.after_contact(begin + i * 0.05 / omega);
       RC_ASSERT(std::abs(motion.velocity) <=
-                response.bound_after_contact(begin, kVelocity) * (1 + 1e-9));
+                response.bound_after_contact(begin, velocity) * (1 + 1e-9));
       RC_ASSERT(std::abs(motion.acceleration) <=
-                response.bound_after_contact(begin, kAcceleration) * (1 + 1e-9));
+                response.bound_after_contact(begin, acceleration_weights) * (1 + 1e-9));
     }
   }));
 }
@@ -145,16 +145,16 @@ TEST(ModalResponse, ContactAsPartialsIsTheClosedForm) {
   int offered = 0;
   for (const double angle : {0.0101, 0.3, 3.0, 6.2731, 6.2933, 40.0, 3000.0}) {
     for (const double ratio : {0.0, 1e-4, 0.2, 0.9, 1.2, 40.0}) {
-      constexpr double kContact = 2e-3;
-      const double omega = angle / kContact;
-      const modal::ModalResponse response(omega * omega, ratio * omega, kContact);
+      constexpr double contact = 2e-3;
+      const double omega = angle / contact;
+      const modal::ModalResponse response(omega * omega, ratio * omega, contact);
       if (!response.contact_splits()) continue;
       ++offered;
       for (const modal::Weights& weights :
-           {modal::Weights{omega, 0, 0}, kVelocity, modal::Weights{0, 0, 1 / omega}}) {
+           {modal::Weights{omega, 0, 0}, velocity, modal::Weights{0, 0, 1 / omega}}) {
         double peak = 0, worst = 0;
         for (int i = 0; i <= 50; ++i) {
-          const double t = i * kContact / 50;
+          const double t = i * contact / 50;
           const double expected = weights.of(response.during_contact(t));
           Real sum = 0;
           for (const modal::Partial& p : response.contact_partials(weights)) {
@@ -164,7 +164,7 @@ TEST(ModalResponse, ContactAsPartialsIsTheClosedForm) {
           }
           const modal::ForcedMotion forced = response.forced_motion(weights);
           sum += forced.constant +
-                 (Cplx(forced.turning) * std::polar(Real(1), 2 * kPi * t / kContact)).real();
+                 (Cplx(forced.turning) * std::polar(Real(1), 2 * pi * t / contact)).real();
           peak = std::max(peak, std::abs(expected));
           worst = std::max(worst, double(std::abs(sum - expected)));
         }
@@ -173,7 +173,7 @@ TEST(ModalResponse, ContactAsPartialsIsTheClosedForm) {
         // what counts is the motion to come. Stiff ones: the closed form takes the acceleration
         // as a small difference to the force.
         const double scale = std::max(peak, angle < 1 ? 1.0 : 0.0);
-        EXPECT_LT(worst, 1e-11 * scale + 4e-15 * weights.acceleration / kContact)
+        EXPECT_LT(worst, 1e-11 * scale + 4e-15 * weights.acceleration / contact)
             << angle << " " << ratio << " " << weights.displacement << weights.velocity;
       }
     }
@@ -183,13 +183,13 @@ TEST(ModalResponse, ContactAsPartialsIsTheClosedForm) {
 
 // In double precision, before rounding to float, with and without ending tails.
 TEST(Resonators, AreThePlainSumToTwelveDigits) {
-  constexpr int kModes = 51;
-  const modal::RingDown rings = random_rings(kModes, 7, false);
+  constexpr int mode_count = 51;
+  const modal::RingDown rings = random_rings(mode_count, 7, false);
   std::vector<modal::Partial> partials;
-  for (int i = 0; i < kModes; ++i) {
+  for (int i = 0; i < mode_count; ++i) {
     const modal::ModalResponse response(rings.eigenvalues[std::size_t(i)],
                                         rings.decay_rates[std::size_t(i)], 1e-3);
-    for (modal::Partial partial : response.partials(kVelocity)) {
+    for (modal::Partial partial : response.partials(velocity)) {
       partial.amplitude *= rings.readout.velocity(0, i);
       if (partial.amplitude != 0.0) partials.push_back(partial);
     }
@@ -237,18 +237,18 @@ TEST(Resonators, AgreeOnEveryInstructionSet) {
   std::vector<modal::Partial> partials;
   for (std::size_t i = 0; i < 23; ++i) {
     const modal::ModalResponse response(rings.eigenvalues[i], rings.decay_rates[i], 0);
-    partials.push_back(response.partials(kVelocity)[0]);
+    partials.push_back(response.partials(velocity)[0]);
   }
-  constexpr std::size_t kCount = 5003;
-  std::vector<double> best(kCount, 0.0);
+  constexpr std::size_t sample_count = 5003;
+  std::vector<double> best(sample_count, 0.0);
   add_partials(partials, 1e-5L, 44100, 0, 0, best);
   int tried = 0;
   const std::int64_t targets = hwy::SupportedTargets() & HWY_TARGETS;
   for (std::int64_t rest = targets; rest != 0; rest &= rest - 1) {
     const OneTarget only(rest & -rest);
-    std::vector<double> sum(kCount, 0.0);
+    std::vector<double> sum(sample_count, 0.0);
     add_partials(partials, 1e-5L, 44100, 0, 0, sum);
-    for (std::size_t n = 0; n < kCount; ++n) {
+    for (std::size_t n = 0; n < sample_count; ++n) {
       ASSERT_NEAR(sum[n], best[n], 23e-13) << hwy::TargetName(rest & -rest) << " at " << n;
     }
     ++tried;
@@ -259,7 +259,7 @@ TEST(Resonators, AgreeOnEveryInstructionSet) {
 
 // An undamped mode over a minute: the last second is still in phase to 1e-11 rad.
 TEST(Resonators, DoNotDriftInAMinute) {
-  const Real omega = 2 * kPi * 19876.54321L;
+  const Real omega = 2 * pi * 19876.54321L;
   const modal::Partial partial{{0, -1}, 0, omega};
   std::vector<double> sum(60 * 44100, 0.0);
   add_partials(std::span(&partial, 1), 0, 44100, 1e-8, 0, sum);

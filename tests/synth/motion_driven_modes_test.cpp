@@ -13,7 +13,7 @@
 namespace carillon::synth {
 namespace {
 
-constexpr double kRate = 44100;
+constexpr double audio_rate = 44100;
 
 motion::DrivenGains still_gains(const modal::Readout& readout) {
   return {&readout, &readout, 0, 0};
@@ -22,7 +22,7 @@ motion::DrivenGains still_gains(const modal::Readout& readout) {
 /// Rows of a body struck `delay` after the first sample, in blocks of a size.
 Eigen::MatrixXd struck(const modal::RingDown& rings, const modal::ContactForce& force, double delay,
                        Eigen::Index count, Eigen::Index block) {
-  motion::DrivenModes modes(rings.eigenvalues, rings.decay_rates, kRate);
+  motion::DrivenModes modes(rings.eigenvalues, rings.decay_rates, audio_rate);
   modes.strike(rings.excitation, force, delay);
   Eigen::MatrixXd rows =
       Eigen::MatrixXd::Zero(count, static_cast<Eigen::Index>(rings.readout.delays.size()));
@@ -35,7 +35,7 @@ Eigen::MatrixXd struck(const modal::RingDown& rings, const modal::ContactForce& 
 
 // Strikes shorter and longer than samples, at any time, of modes near and beyond critical damping.
 TEST(DrivenModes, AStrikeIsThatOfSynthesize) {
-  constexpr Eigen::Index kCount = 5000;
+  constexpr Eigen::Index sample_count = 5000;
   for (const bool pressure : {false, true}) {
     modal::RingDown rings = random_rings(61, 7, pressure);
     rings.readout.delays.assign(rings.readout.delays.size(), 0.0);
@@ -52,12 +52,12 @@ TEST(DrivenModes, AStrikeIsThatOfSynthesize) {
         for (const double delay : {0.0, 0.01234567}) {
           modal::RingDown late = rings;
           for (double& row : late.readout.delays) row = delay;
-          const auto expected = modal::synthesize(late, force, kRate, kCount);
-          const Eigen::MatrixXd found = struck(rings, force, delay, kCount, 700);
+          const auto expected = modal::synthesize(late, force, audio_rate, sample_count);
+          const Eigen::MatrixXd found = struck(rings, force, delay, sample_count, 700);
           double peak = 0, worst = 0;
           for (Eigen::Index row = 0; row < found.cols(); ++row) {
-            for (Eigen::Index n = 0; n < kCount; ++n) {
-              const double value = expected[static_cast<std::size_t>(row * kCount + n)];
+            for (Eigen::Index n = 0; n < sample_count; ++n) {
+              const double value = expected[static_cast<std::size_t>(row * sample_count + n)];
               peak = std::max(peak, std::abs(value));
               worst = std::max(worst, std::abs(value - found(n, row)));
             }
@@ -73,7 +73,7 @@ TEST(DrivenModes, AStrikeIsThatOfSynthesize) {
 /// (q, q', F, slope): at each sample, (q, q').
 Eigen::MatrixX2d driven_exactly(double lambda, const std::vector<double>& decay_rates,
                                 const Eigen::VectorXd& force) {
-  const double step = 1 / kRate;
+  const double step = 1 / audio_rate;
   Eigen::MatrixX2d motion(force.size() - 1, 2);
   Eigen::Vector4d state = Eigen::Vector4d::Zero();
   for (Eigen::Index n = 0; n + 1 < force.size(); ++n) {
@@ -97,10 +97,10 @@ Eigen::MatrixX2d driven_exactly(double lambda, const std::vector<double>& decay_
 }
 
 TEST(DrivenModes, AreExactUnderForcesOfStraightLinesAndChangingDamping) {
-  constexpr Eigen::Index kBlock = 150, kBlocks = 3;
+  constexpr Eigen::Index block_size = 150, block_count = 3;
   std::mt19937 random(11);
   std::normal_distribution<double> normal;
-  Eigen::VectorXd force(kBlock * kBlocks + 1);
+  Eigen::VectorXd force(block_size * block_count + 1);
   for (double& value : force) value = normal(random);
   for (const double damping : {0.001, 0.2, 1.0, 3.0}) {
     const std::vector<double> eigenvalues = {
@@ -120,29 +120,30 @@ TEST(DrivenModes, AreExactUnderForcesOfStraightLinesAndChangingDamping) {
       d[1] = damping * std::sqrt(eigenvalues[1]);
       return d;
     };
-    motion::DrivenModes modes(eigenvalues, rates(0), kRate);
+    motion::DrivenModes modes(eigenvalues, rates(0), audio_rate);
     if (modes.modes() < 3) continue;
-    Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(kBlock * kBlocks, 9);
-    for (Eigen::Index block = 0; block < kBlocks; ++block) {
+    Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(block_size * block_count, 9);
+    for (Eigen::Index block = 0; block < block_count; ++block) {
       modes.set_decay_rates(rates(block));
       motion::Drive drive;
       drive.begin = drive.end = Eigen::MatrixX3d::Zero(3, 3);
       drive.begin.col(1) = drive.end.col(1) = Eigen::Vector3d(1, -2, 3);
-      drive.forces = Eigen::Matrix3Xd::Zero(3, kBlock + 1);
-      drive.forces.row(1) = force.segment(block * kBlock, kBlock + 1).transpose();
-      modes.render({&drive, 1}, still_gains(readout), rows.middleRows(block * kBlock, kBlock));
+      drive.forces = Eigen::Matrix3Xd::Zero(3, block_size + 1);
+      drive.forces.row(1) = force.segment(block * block_size, block_size + 1).transpose();
+      modes.render({&drive, 1}, still_gains(readout),
+                   rows.middleRows(block * block_size, block_size));
     }
     for (int i = 0; i < 3; ++i) {
       std::vector<double> d;
-      for (Eigen::Index n = 0; n < kBlock * kBlocks; ++n) {
-        d.push_back(rates(n / kBlock)[static_cast<std::size_t>(i)]);
+      for (Eigen::Index n = 0; n < block_size * block_count; ++n) {
+        d.push_back(rates(n / block_size)[static_cast<std::size_t>(i)]);
       }
       const double by = i == 0 ? 1 : i == 1 ? -2 : 3;
       const double lambda = eigenvalues[static_cast<std::size_t>(i)];
       const Eigen::MatrixX2d exact = by * driven_exactly(lambda, d, force);
       const Eigen::VectorXd accelerations =
-          by * force.head(kBlock * kBlocks) - lambda * exact.col(0) -
-          (2 * Eigen::Map<Eigen::VectorXd>(d.data(), kBlock * kBlocks).array() *
+          by * force.head(block_size * block_count) - lambda * exact.col(0) -
+          (2 * Eigen::Map<Eigen::VectorXd>(d.data(), block_size * block_count).array() *
            exact.col(1).array())
               .matrix();
       const auto off = [](const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
@@ -176,7 +177,7 @@ TEST(DrivenModes, PlacesAndGainsThatMoveDoNotKnowOfBlocks) {
       return from + fraction * (to - from);
     };
     const auto render = [&](const std::vector<Eigen::Index>& cuts) {
-      motion::DrivenModes modes(rings.eigenvalues, rings.decay_rates, kRate);
+      motion::DrivenModes modes(rings.eigenvalues, rings.decay_rates, audio_rate);
       Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(count, 2);
       for (std::size_t i = 0; i + 1 < cuts.size(); ++i) {
         const Eigen::Index begin = cuts[i], size = cuts[i + 1] - begin;
@@ -214,19 +215,19 @@ TEST(DrivenModes, PressureOfForcesBelowTheModesIsThatOfTheTransferFunction) {
     readout.velocity(0, i) = -omega * pressure[i].imag();
     readout.force_rate(0, i) = pressure[i].imag() / omega;
   }
-  constexpr Eigen::Index kCount = 20000, kBlock = 450;
+  constexpr Eigen::Index sample_count = 20000, block_size = 450;
   for (const double frequency : {60.0, 125.0, 400.0}) {
-    const double turn = 2 * M_PI * frequency / kRate;
-    Eigen::Matrix3Xd force = Eigen::Matrix3Xd::Zero(3, kCount + 1);
-    for (Eigen::Index n = 0; n <= kCount; ++n) {
-      const double edge = std::min<double>(1, double(std::min(n, kCount - n)) / 6000);
+    const double turn = 2 * M_PI * frequency / audio_rate;
+    Eigen::Matrix3Xd force = Eigen::Matrix3Xd::Zero(3, sample_count + 1);
+    for (Eigen::Index n = 0; n <= sample_count; ++n) {
+      const double edge = std::min<double>(1, double(std::min(n, sample_count - n)) / 6000);
       force(2, n) = std::sin(turn * double(n)) * std::pow(std::sin(M_PI / 2 * edge), 2);
     }
-    motion::DrivenModes modes(eigenvalues, decay_rates, kRate);
-    const auto rates = motion::slow_rates(force, kRate, modes.octaves());
-    Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(kCount, 1);
-    for (Eigen::Index done = 0; done < kCount; done += kBlock) {
-      const Eigen::Index size = std::min(kBlock, kCount - done);
+    motion::DrivenModes modes(eigenvalues, decay_rates, audio_rate);
+    const auto rates = motion::slow_rates(force, audio_rate, modes.octaves());
+    Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(sample_count, 1);
+    for (Eigen::Index done = 0; done < sample_count; done += block_size) {
+      const Eigen::Index size = std::min(block_size, sample_count - done);
       motion::Drive drive;
       drive.begin = drive.end = Eigen::MatrixX3d::Zero(2, 3);
       drive.begin.col(2) = drive.end.col(2) = Eigen::Vector2d(shape[0], shape[1]);
@@ -257,7 +258,7 @@ TEST(DrivenModes, PressureOfForcesBelowTheModesIsThatOfTheTransferFunction) {
 TEST(DrivenModes, RestWhenTheyHaveDecayedAndCostNothing) {
   modal::RingDown rings = random_rings(40, 2, false);
   for (double& rate : rings.decay_rates) rate += 200;
-  motion::DrivenModes modes(rings.eigenvalues, rings.decay_rates, kRate);
+  motion::DrivenModes modes(rings.eigenvalues, rings.decay_rates, audio_rate);
   const auto render = [&](Eigen::Index count) {
     Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(count, 1);
     modes.render({}, still_gains(rings.readout), rows);
@@ -281,7 +282,7 @@ TEST(DrivenModes, RestWhenTheyHaveDecayedAndCostNothing) {
 
 TEST(DrivenModes, RefuseWhatDoesNotFit) {
   const modal::RingDown rings = random_rings(5, 1, false);
-  motion::DrivenModes modes(rings.eigenvalues, rings.decay_rates, kRate);
+  motion::DrivenModes modes(rings.eigenvalues, rings.decay_rates, audio_rate);
   EXPECT_THROW(modes.set_decay_rates(std::vector<double>(4, 1.0)), core::InputError);
   EXPECT_THROW(modes.set_decay_rates(std::vector<double>(5, std::nan(""))), core::InputError);
   EXPECT_THROW(modes.strike(Eigen::VectorXd::Ones(4), {1e-3}, 0), core::InputError);

@@ -12,7 +12,7 @@
 namespace carillon::synth {
 namespace {
 
-constexpr double kRate = 44100;
+constexpr double audio_rate = 44100;
 
 /// No tracing, no roughness, no patch: the map alone.
 motion::LastingForceOptions bare() {
@@ -29,7 +29,7 @@ std::complex<double> line(const Eigen::VectorXd& samples, double frequency) {
   for (Eigen::Index i = 0; i < samples.size(); ++i) {
     const double window = 1 - std::cos(2 * M_PI * (static_cast<double>(i) + 0.5) / n);
     sum += window * samples[i] *
-           std::polar(1.0, -2 * M_PI * frequency * static_cast<double>(i) / kRate);
+           std::polar(1.0, -2 * M_PI * frequency * static_cast<double>(i) / audio_rate);
   }
   return 2.0 / n * sum;
 }
@@ -56,19 +56,20 @@ Eigen::VectorXd normal_force(const Scrape& scrape, const motion::LastingForceOpt
 }
 
 TEST(LastingForce, ASineSoundsAtSpeedOverWavelengthAndWithTheSquareOfTheSpeed) {
-  constexpr double kLength = 2e-3, kDepth = 1e-6;
-  const render::maps::SurfaceMap map = sine_map(kLength, kDepth, 32, 16);
+  constexpr double full_length = 2e-3, groove_depth = 1e-6;
+  const render::maps::SurfaceMap map = sine_map(full_length, groove_depth, 32, 16);
   // A B-spline is sinc^4 as deep as its control points.
   const double sinc = std::sin(M_PI / 32) / (M_PI / 32);
   double before = 0;
   for (const double speed : {0.25, 0.5, 1.0}) {
     const Scrape scrape(map, speed, 5, 1);
     const Eigen::VectorXd force = normal_force(scrape, bare());
-    const double expected = speed / kLength;
+    const double expected = speed / full_length;
     EXPECT_NEAR(pitch(force, expected), expected, 1e-4 * expected);
     const double amplitude = std::abs(line(force, expected));
     const double omega = 2 * M_PI * expected;
-    EXPECT_NEAR(amplitude, 0.1 * omega * omega * kDepth * std::pow(sinc, 4), 2e-3 * amplitude);
+    EXPECT_NEAR(amplitude, 0.1 * omega * omega * groove_depth * std::pow(sinc, 4),
+                2e-3 * amplitude);
     // Power goes with the fourth power of the speed.
     if (before > 0) {
       EXPECT_NEAR(amplitude / before, 4, 4e-3);
@@ -125,34 +126,34 @@ render::maps::SurfaceMap ramp_map(double slope) {
 // Down a slope at an even speed the face pushes along its normal, ahead by slope times force; a
 // speed that grows adds mass times slope times its growth.
 TEST(LastingForce, OnASlopeItLeansAndGrowsWithTheAcceleration) {
-  constexpr double kSlope = 0.04, kForce = 5, kMass = 0.1, kGain = 3;
-  Scrape even(ramp_map(kSlope), 0.2, kForce, 0.3);
+  constexpr double ramp_slope = 0.04, pressing_force = 5, mass = 0.1, gain = 3;
+  Scrape even(ramp_map(ramp_slope), 0.2, pressing_force, 0.3);
   motion::LastingForces forces(even.motion, even.bodies, bare());
   Eigen::Matrix3Xd force = forces.force(0).force;
-  EXPECT_NEAR(force(0, 6000), kSlope * kForce, 1e-4);
+  EXPECT_NEAR(force(0, 6000), ramp_slope * pressing_force, 1e-4);
   EXPECT_NEAR(force(2, 6000), 0, 1e-4);
   for (std::size_t k = 0; k < even.motion.contacts[0].steps.size(); ++k) {
     const double time = 1e-3 * static_cast<double>(k);
     motion::ContactStep& step = even.motion.contacts[0].steps[k];
-    step.points[1].x() = 0.01 + 0.2 * time + kGain * time * time / 2;
-    step.slip.x() = 0.2 + kGain * time;
+    step.points[1].x() = 0.01 + 0.2 * time + gain * time * time / 2;
+    step.slip.x() = 0.2 + gain * time;
   }
   motion::LastingForces faster(even.motion, even.bodies, bare());
   force = faster.force(0).force;
-  const double more = -kMass * kSlope * kGain;
+  const double more = -mass * ramp_slope * gain;
   EXPECT_NEAR(force(2, 6000), more, 2e-2 * std::abs(more));
 }
 
 // A tile whose contact hops from wave to wave as it slides does not sweep the waves between at the
 // speed of the hops.
 TEST(LastingForce, HopsOfACornerAreNoSweeps) {
-  constexpr double kSpeed = 0.1;
+  constexpr double sliding_speed = 0.1;
   const render::maps::SurfaceMap map = sine_map(2e-3, 1e-6, 32, 16);
-  const Scrape even(map, kSpeed, 5, 0.3);
+  const Scrape even(map, sliding_speed, 5, 0.3);
   Scrape hopping = even;
   for (motion::MovingBody& body : hopping.bodies) body.hulls = {{Vec3(0.05, 0.05, 0.05)}};
   for (std::size_t k = 0; k < hopping.motion.contacts[0].steps.size(); ++k) {
-    const double way = kSpeed * 1e-3 * static_cast<double>(k);
+    const double way = sliding_speed * 1e-3 * static_cast<double>(k);
     hopping.motion.contacts[0].steps[k].points[1].x() = 0.01 + 2e-3 * std::floor(way / 2e-3);
   }
   const double most = normal_force(hopping, bare()).cwiseAbs().maxCoeff();
@@ -174,16 +175,16 @@ TEST(LastingForce, ContactsOfAPairShareItsMass) {
 // Momentum in steps from texel to texel against the heights' second derivative: what they add up
 // to within waves, which is what is left of steps far above them.
 TEST(LastingForce, ThePapersMomentumStepsTendToTheHeightProfile) {
-  constexpr double kLength = 4e-3, kSpeed = 0.4;
+  constexpr double full_length = 4e-3, sliding_speed = 0.4;
   double before = 0;
   for (const int texels : {8, 16, 32, 64}) {
-    const render::maps::SurfaceMap relief = sine_map(kLength, 1e-6, texels, 16);
-    const Scrape scrape(render::maps::normal_map_of(relief), kSpeed, 5, 1);
+    const render::maps::SurfaceMap relief = sine_map(full_length, 1e-6, texels, 16);
+    const Scrape scrape(render::maps::normal_map_of(relief), sliding_speed, 5, 1);
     motion::LastingForceOptions options = bare();
     const Eigen::VectorXd profile = normal_force(scrape, options);
     options.excitation = motion::ContactExcitation::texel_impulses;
     const Eigen::VectorXd steps = normal_force(scrape, options);
-    const double frequency = kSpeed / kLength;
+    const double frequency = sliding_speed / full_length;
     const std::complex<double> expected = line(profile, frequency);
     const double error = std::abs(line(steps, frequency) - expected) / std::abs(expected);
     RecordProperty("error_" + std::to_string(texels), std::to_string(error));
@@ -207,8 +208,8 @@ TEST(LastingForce, TheSolversImpulsesComeAsTheyAre) {
   options.excitation = motion::ContactExcitation::solver_impulses;
   motion::LastingForces forces(scrape.motion, scrape.bodies, options);
   const motion::LastingForce force = forces.force(0);
-  EXPECT_NEAR(force.force.row(2).sum() / kRate, sum, 1e-12);
-  EXPECT_NEAR(force.force.row(0).sum() / kRate, 0.03, 1e-12);
+  EXPECT_NEAR(force.force.row(2).sum() / audio_rate, sum, 1e-12);
+  EXPECT_NEAR(force.force.row(0).sum() / audio_rate, 0.03, 1e-12);
 }
 
 // Roughness belongs to places: the same way over them, whenever, gives the same force.
@@ -257,22 +258,22 @@ TEST(FractalNoise, HasUnitVarianceAndItsExponent) {
   for (const double exponent : {1.5, 2.5}) {
     const motion::FractalNoise noise(3, 1e-3, exponent);
     double sum = 0, squares = 0, both = 0;
-    constexpr int kPlaces = 100000;
-    for (int i = 0; i < kPlaces; ++i) {
+    constexpr int places = 100000;
+    for (int i = 0; i < places; ++i) {
       const Eigen::Vector2d pair = noise.at({place(random), place(random), place(random)}, 1e-9);
       const double value = pair[i % 2];
       both += pair[0] * pair[1];
       sum += value;
       squares += value * value;
     }
-    EXPECT_NEAR(sum / kPlaces, 0, 0.01);
-    EXPECT_NEAR(squares / kPlaces, 1, 0.02);
-    EXPECT_NEAR(both / kPlaces, 0, 0.02);
+    EXPECT_NEAR(sum / places, 0, 0.01);
+    EXPECT_NEAR(squares / places, 1, 0.02);
+    EXPECT_NEAR(both / places, 0, 0.02);
     // Structure function: the mean square of differences over a distance goes with
     // distance^(exponent - 1) within the waves, for exponents below 3.
     const auto structure = [&](double distance) {
       double total = 0;
-      for (int i = 0; i < kPlaces / 5; ++i) {
+      for (int i = 0; i < places / 5; ++i) {
         const Vec3 at(place(random), place(random), place(random));
         total += (noise.at(at + Vec3(distance, 0, 0), 1e-9) - noise.at(at, 1e-9)).squaredNorm();
       }
@@ -286,9 +287,9 @@ TEST(FractalNoise, HasUnitVarianceAndItsExponent) {
 }
 
 TEST(TracedFace, WavesAreShallowerByTheBlur) {
-  constexpr int kTexels = 32;
+  constexpr int texel_count = 32;
   const auto map =
-      std::make_shared<const render::maps::SurfaceMap>(sine_map(2e-3, 1e-5, kTexels, 4));
+      std::make_shared<const render::maps::SurfaceMap>(sine_map(2e-3, 1e-5, texel_count, 4));
   motion::TracedMaps maps;
   const motion::TracedFace face({map, Vec3::Zero(), Vec3::UnitX(), Vec3::UnitY(), {1, 1}},
                                 maps.of(map, 0));
@@ -304,7 +305,8 @@ TEST(TracedFace, WavesAreShallowerByTheBlur) {
   };
   const double whole = amplitude(0.5);
   for (const int width : {2, 4, 8, 16}) {
-    const double ratio = std::sin(M_PI * width / kTexels) / (width * std::sin(M_PI / kTexels));
+    const double ratio =
+        std::sin(M_PI * width / texel_count) / (width * std::sin(M_PI / texel_count));
     EXPECT_NEAR(amplitude(width) / whole, std::pow(ratio, 4), 2e-3) << width;
   }
   EXPECT_NEAR(amplitude(32) / whole, 0, 1e-3);

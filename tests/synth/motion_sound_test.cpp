@@ -33,29 +33,29 @@ std::vector<float> struck(const Ball& ball, const motion::Impact& impact,
                                 impact.impulse.norm(), force};
   for (double& delay : readout.delays) delay += impact.time;
   return modal::synthesize(modal::ring_down(ball.modes, ball.body.decay_rates, strike, readout),
-                           force, kRate, count);
+                           force, audio_rate, count);
 }
 
 TEST(MotionSound, AStrikeOnABodyAtRestIsThatOfSynthesize) {
   const Ball ball(2, {900, 2500, 7000}, 30);
   motion::Motion motion =
       hand_made_motion(0.2, 1e-3, 2, [](std::size_t, double) { return at(Vec3::Zero()); });
-  motion.impacts = {strike(0.0123, {0, 0, kRadius}, {0, 0.1, -0.3}, 3e-4)};
+  motion.impacts = {strike(0.0123, {0, 0, fixed_radius}, {0, 0.1, -0.3}, 3e-4)};
   const std::vector<motion::SoundingBody> bodies = {ball.body, {}};
   motion::MotionSoundOptions options;
-  const auto count = static_cast<std::size_t>(0.2 * kRate);
+  const auto count = static_cast<std::size_t>(0.2 * audio_rate);
   for (const bool hertz : {false, true}) {
     options.hertz_pulses = hertz;
     const modal::ContactForce force =
         hertz ? contact::hertz_pulse(3e-4) : modal::ContactForce{3e-4};
-    const motion::MotionSound dry = motion::motion_sound(motion, kStill, bodies, {}, options);
+    const motion::MotionSound dry = motion::motion_sound(motion, at_rest, bodies, {}, options);
     EXPECT_EQ(dry.unit, "m/s");
     EXPECT_LT(difference(dry.samples, struck(ball, motion.impacts[0], force,
                                              motion::mean_square_velocity(ball.modes), count)),
               1e-6);
     const std::vector<modal::Listener> listeners = {{{0.4, 0.1, 0.5}}, {{-0.2, 0, 2}}};
     const motion::MotionSound wet =
-        motion::motion_sound(motion, kStill, bodies, listeners, options);
+        motion::motion_sound(motion, at_rest, bodies, listeners, options);
     EXPECT_EQ(wet.unit, "Pa");
     EXPECT_EQ(wet.rows, 2u);
     const modal::Readout readout = radiation::pressure_readout(ball.field.pressure_at(listeners),
@@ -66,7 +66,7 @@ TEST(MotionSound, AStrikeOnABodyAtRestIsThatOfSynthesize) {
     EXPECT_LT(difference(found, expected), 4e-3);
     for (std::size_t row = 0; row < 2; ++row) {
       const double arrival = motion.impacts[0].time + readout.delays[row];
-      const auto corner = static_cast<std::size_t>(arrival * kRate);
+      const auto corner = static_cast<std::size_t>(arrival * audio_rate);
       for (std::size_t n = corner - 40; n < corner + 60; ++n) {
         found[row * count + n] = expected[row * count + n] = 0;
       }
@@ -85,11 +85,11 @@ TEST(MotionSound, ImpactsStrikeBothBodiesOppositely) {
   motion::Motion motion = hand_made_motion(0.1, 1e-3, 2, [](std::size_t, double) {
     return at({0.1, 0, 0});
   });
-  motion.impacts = {strike(0.01, {0, 0, kRadius}, {0, 0.1, -0.3}, 3e-4)};
+  motion.impacts = {strike(0.01, {0, 0, fixed_radius}, {0, 0.1, -0.3}, 3e-4)};
   const std::vector<modal::Listener> listeners = {{{0.4, 0.1, 0.5}}};
   const std::vector<motion::SoundingBody> one = {ball.body, {}}, both = {ball.body, ball.body};
-  const motion::MotionSound alone = motion::motion_sound(motion, kStill, one, listeners, {});
-  const motion::MotionSound together = motion::motion_sound(motion, kStill, both, listeners, {});
+  const motion::MotionSound alone = motion::motion_sound(motion, at_rest, one, listeners, {});
+  const motion::MotionSound together = motion::motion_sound(motion, at_rest, both, listeners, {});
   EXPECT_EQ(together.impacts.calls, 2u);
   double peak = 0, left = 0;
   for (std::size_t n = 0; n < alone.samples.size(); ++n) {
@@ -120,7 +120,7 @@ motion::LastingContact resting(const Vec3& point, const Vec3& normal, double for
 /// Decay rate between two times [1/s].
 double decay(const motion::MotionSound& sound, double from, double to) {
   const auto level = [&](double time) {
-    const auto begin = static_cast<std::size_t>(time * kRate);
+    const auto begin = static_cast<std::size_t>(time * audio_rate);
     double sum = 0;
     for (std::size_t n = begin; n < begin + 882; ++n) sum += std::pow(sound.samples[n], 2);
     return std::log(sum) / 2;
@@ -131,7 +131,7 @@ double decay(const motion::MotionSound& sound, double from, double to) {
 /// A mode that decays at 2 1/s does so faster by `added` [1/s] from step 200 to 400.
 void expect_damped_from_200_to_400(const motion::Motion& motion,
                                    const std::vector<motion::SoundingBody>& bodies, double added) {
-  const motion::MotionSound sound = motion::motion_sound(motion, kStill, bodies, {}, {});
+  const motion::MotionSound sound = motion::motion_sound(motion, at_rest, bodies, {}, {});
   EXPECT_EQ(sound.contact_damping.calls, 200u);
   EXPECT_GT(added, 0.5);
   EXPECT_NEAR(decay(sound, 0.05, 0.15), 2, 0.01);
@@ -139,7 +139,7 @@ void expect_damped_from_200_to_400(const motion::Motion& motion,
   EXPECT_NEAR(decay(sound, 0.45, 0.55), 2, 0.01);
   motion::MotionSoundOptions off;
   off.contact_damping = false;
-  EXPECT_EQ(motion::motion_sound(motion, kStill, bodies, {}, off).contact_damping.calls, 0u);
+  EXPECT_EQ(motion::motion_sound(motion, at_rest, bodies, {}, off).contact_damping.calls, 0u);
 }
 
 TEST(MotionSound, ContactsDampWhileTheyLast) {
@@ -147,12 +147,12 @@ TEST(MotionSound, ContactsDampWhileTheyLast) {
   ball.body.rests = {"felt", 0.5, 0.3, ""};
   motion::Motion motion =
       hand_made_motion(0.6, 1e-3, 2, [](std::size_t, double) { return at(Vec3::Zero()); });
-  motion.impacts = {strike(0.001, {0, 0, kRadius}, {0, 0, -0.3}, 3e-4)};
+  motion.impacts = {strike(0.001, {0, 0, fixed_radius}, {0, 0, -0.3}, 3e-4)};
   const Vec3 normal = Vec3(0.6, 0, 0.8);
-  motion.contacts = {resting({0, 0, -kRadius}, normal, 10, 200, 200)};
+  motion.contacts = {resting({0, 0, -fixed_radius}, normal, 10, 200, 200)};
   const std::vector<motion::SoundingBody> bodies = {ball.body, {}};
   const modal::SurfaceSampler sampler(ball.modes.surface);
-  const modal::SurfacePoint point = sampler.nearest({0, 0, -kRadius});
+  const modal::SurfacePoint point = sampler.nearest({0, 0, -fixed_radius});
   const std::vector<support::Contact> contact = {{point, normal}};
   const double unit = support::unit_dashpots(ball.modes, contact, 0.3).row(0).squaredNorm();
   EXPECT_NEAR(motion::unit_damping(modal::shapes_at(ball.modes, point), normal, 0.3)[0], unit,
@@ -163,7 +163,7 @@ TEST(MotionSound, ContactsDampWhileTheyLast) {
 // A string takes from a mode what a contact would that is pressed as hard as it pulls.
 TEST(MotionSound, StringsDampByTheirTension) {
   Ball ball(1, {1500}, 2);
-  const Vec3 anchor(0.3, 0, 0.4), point(0, 0, kRadius);
+  const Vec3 anchor(0.3, 0, 0.4), point(0, 0, fixed_radius);
   ball.body.strings = {{1, point, anchor, {"felt", 0.5, 0.3, ""}}};
   motion::Motion motion =
       hand_made_motion(0.6, 1e-3, 2, [](std::size_t, double) { return at(Vec3::Zero()); });
@@ -178,36 +178,37 @@ TEST(MotionSound, StringsDampByTheirTension) {
   const double unit = support::unit_dashpots(ball.modes, contact, 0.3).row(0).squaredNorm();
   expect_damped_from_200_to_400(motion, bodies, 0.5 * 10 * unit / 2);
   motion.tensions.clear();
-  EXPECT_THROW(motion::motion_sound(motion, kStill, bodies, {}, {}), core::InputError);
+  EXPECT_THROW(motion::motion_sound(motion, at_rest, bodies, {}, {}), core::InputError);
 }
 
 TEST(MotionSound, PartsAreSwitchedOffAndSaySo) {
   Ball ball(1, {1500}, 2);
   ball.body.click = contact::rigid_source(ball.modes.surface, 0.3);
   motion::Motion motion = hand_made_motion(0.1, 1e-3, 2, [](std::size_t body, double) {
-    return at({0, 0, body == 0 ? 0.0 : 2 * kRadius});
+    return at({0, 0, body == 0 ? 0.0 : 2 * fixed_radius});
   });
-  motion.impacts = {strike(0.01, {0, 0, kRadius}, {0, 0, -0.3}, 1e-4)};
+  motion.impacts = {strike(0.01, {0, 0, fixed_radius}, {0, 0, -0.3}, 1e-4)};
   const std::vector<motion::SoundingBody> bodies = {ball.body, {}};
   const std::vector<modal::Listener> listeners = {{{0.3, 0.1, 0.5}}};
   motion::MotionSoundOptions clicks_alone;
   clicks_alone.impacts = false;
   const motion::MotionSound click =
-      motion::motion_sound(motion, kStill, bodies, listeners, clicks_alone);
+      motion::motion_sound(motion, at_rest, bodies, listeners, clicks_alone);
   EXPECT_EQ(click.clicks.calls, 1u);
   EXPECT_EQ(click.impacts.calls, 0u);
   EXPECT_EQ(click.mode_samples, 0u);
   const auto expected =
       contact::acceleration_click(*ball.body.click, {0, 0, -0.3}, {1e-4}, listeners[0].position,
-                                  kRate, click.samples.size(), 0.01);
+                                  audio_rate, click.samples.size(), 0.01);
   EXPECT_LT(difference(click.samples, expected), 1e-5);
   motion::MotionSoundOptions none = clicks_alone;
   none.clicks = false;
-  for (const float sample : motion::motion_sound(motion, kStill, bodies, listeners, none).samples) {
+  for (const float sample :
+       motion::motion_sound(motion, at_rest, bodies, listeners, none).samples) {
     EXPECT_EQ(sample, 0.0F);
   }
-  const motion::MotionSound once = motion::motion_sound(motion, kStill, bodies, listeners, {});
-  EXPECT_EQ(once.samples, motion::motion_sound(motion, kStill, bodies, listeners, {}).samples);
+  const motion::MotionSound once = motion::motion_sound(motion, at_rest, bodies, listeners, {});
+  EXPECT_EQ(once.samples, motion::motion_sound(motion, at_rest, bodies, listeners, {}).samples);
   EXPECT_GT(once.mode_samples, 0u);
 }
 
@@ -228,9 +229,9 @@ TEST(MotionSound, AScrapedFaceSoundsAtSpeedOverWavelength) {
   const auto level = [&](double frequency) {
     std::complex<double> sum;
     for (std::size_t n = 8000; n < 20000; ++n) {
-      const double window = 1 - std::cos(2 * kPi * (double(n - 8000) + 0.5) / 12000);
+      const double window = 1 - std::cos(2 * pi * (double(n - 8000) + 0.5) / 12000);
       sum += window * double(sound.samples[n]) *
-             std::polar(1.0, -2 * kPi * frequency * double(n) / kRate);
+             std::polar(1.0, -2 * pi * frequency * double(n) / audio_rate);
     }
     return std::abs(sum);
   };
@@ -287,23 +288,23 @@ TEST(MotionSound, RefusesWhatCannotBe) {
   motion::Motion motion = hand_made_motion(0.1, 1e-3, 2, [](std::size_t, double time) {
     return at({0, 0, 5 * time});
   });
-  motion.impacts = {strike(0.001, {0, 0, kRadius}, {0, 0, -0.3}, 1e-4)};
+  motion.impacts = {strike(0.001, {0, 0, fixed_radius}, {0, 0, -0.3}, 1e-4)};
   const std::vector<motion::SoundingBody> bodies = {ball.body, {}};
-  EXPECT_THROW(motion::motion_sound(motion, kStill, std::span(bodies).first(1), {}, {}),
+  EXPECT_THROW(motion::motion_sound(motion, at_rest, std::span(bodies).first(1), {}, {}),
                core::InputError);
-  EXPECT_THROW(motion::motion_sound({}, kStill, bodies, {}, {}), core::InputError);
+  EXPECT_THROW(motion::motion_sound({}, at_rest, bodies, {}, {}), core::InputError);
   motion::MotionSoundOptions endless;
   endless.seconds = INFINITY;
-  EXPECT_THROW(motion::motion_sound(motion, kStill, bodies, {}, endless), core::InputError);
+  EXPECT_THROW(motion::motion_sound(motion, at_rest, bodies, {}, endless), core::InputError);
   motion::SoundingBody deaf = ball.body;
   deaf.field = nullptr;
   const std::vector<modal::Listener> listeners = {{{0, 0, 0.3}}};
-  EXPECT_THROW(motion::motion_sound(motion, kStill, std::vector<motion::SoundingBody>{deaf, {}},
+  EXPECT_THROW(motion::motion_sound(motion, at_rest, std::vector<motion::SoundingBody>{deaf, {}},
                                     listeners, {}),
                core::InputError);
   // The ball flies through the listener.
   try {
-    motion::motion_sound(motion, kStill, bodies, listeners, {});
+    motion::motion_sound(motion, at_rest, bodies, listeners, {});
     FAIL();
   } catch (const core::InputError& error) {
     EXPECT_NE(error.message().find("body 0 at 0.0"), std::string::npos) << error.message();

@@ -10,7 +10,7 @@
 namespace carillon::synth {
 namespace {
 
-constexpr double kGravity = 9.80665;
+constexpr double gravity = 9.80665;
 
 TEST(Motion, FreeFallIsThatOfGalileo) {
   const std::vector<motion::MovingBody> bodies = {at(ball_body(0.02), {0, 0, 10})};
@@ -21,8 +21,8 @@ TEST(Motion, FreeFallIsThatOfGalileo) {
   for (const std::size_t k : {100u, 500u, 1000u}) {
     const double t = 1e-3 * static_cast<double>(k);
     // Half a step early, as the integrator is of first order.
-    EXPECT_NEAR(motion.states[k][0].pose.origin.z(), 10 - kGravity * t * t / 2,
-                0.51 * kGravity * t * options.step);
+    EXPECT_NEAR(motion.states[k][0].pose.origin.z(), 10 - gravity * t * t / 2,
+                0.51 * gravity * t * options.step);
   }
   EXPECT_TRUE(motion.impacts.empty());
   EXPECT_TRUE(motion.contacts.empty());
@@ -38,7 +38,7 @@ TEST(Motion, AThrownBallFliesAParabolaAndSpinStays) {
   const motion::BodyState& end = motion.states.back()[0];
   EXPECT_NEAR(end.pose.origin.x(), 1.5, 1e-9);
   EXPECT_NEAR(end.pose.origin.y(), -0.5, 1e-9);
-  EXPECT_NEAR(end.pose.origin.z(), 2 - kGravity / 8, 0.003);
+  EXPECT_NEAR(end.pose.origin.z(), 2 - gravity / 8, 0.003);
   EXPECT_NEAR((end.spin - Vec3(1, 20, -5)).norm(), 0, 1e-9);
 }
 
@@ -52,14 +52,14 @@ TEST(Motion, ABouncingBallLosesWhatRestitutionTakes) {
     options.seconds = 1.2;
     const motion::Motion motion = motion::simulate_motion(bodies, {}, options);
     ASSERT_GE(motion.impacts.size(), 2u) << e;
-    const double speed = std::sqrt(2 * kGravity * 0.5);
+    const double speed = std::sqrt(2 * gravity * 0.5);
     const motion::Impact& first = motion.impacts[0];
-    EXPECT_NEAR(first.time, speed / kGravity, 0.6 * options.step);
+    EXPECT_NEAR(first.time, speed / gravity, 0.6 * options.step);
     EXPECT_NEAR(first.speed, speed, 1e-3 * speed);
     EXPECT_NEAR(first.impulse.norm(), bodies[1].rigid.mass * speed * (1 + e), 2e-3 * speed);
     EXPECT_NEAR(first.impulse.normalized().z(), -1, 1e-9);  // on the first body, the floor
     const motion::Impact& second = motion.impacts[1];
-    EXPECT_NEAR(second.time - first.time, 2 * e * speed / kGravity, 2 * options.step) << e;
+    EXPECT_NEAR(second.time - first.time, 2 * e * speed / gravity, 2 * options.step) << e;
     EXPECT_NEAR(second.speed, e * speed, 5e-3 * speed) << e;
   }
 }
@@ -73,7 +73,7 @@ TEST(Motion, HertzGivesTheContactTime) {
   ASSERT_GE(motion.impacts.size(), 1u);
   // Johnson 1985, eq. 11.24, both bodies of glass: E* = E / (2 (1 - nu^2)).
   const double modulus = 7e10 / (2 * (1 - 0.04)), mass = bodies[1].rigid.mass;
-  const double speed = std::sqrt(2 * kGravity * 0.05);
+  const double speed = std::sqrt(2 * gravity * 0.05);
   const double expected = 2.8683 * std::pow(mass * mass / (0.01 * modulus * modulus * speed), 0.2);
   EXPECT_NEAR(motion.impacts[0].duration, expected, 2e-3 * expected);
 }
@@ -91,7 +91,7 @@ TEST(Motion, ABoxSlidesDownASlopeAsCoulombSays) {
     options.seconds = 0.5;
     const motion::Motion motion = motion::simulate_motion(bodies, {}, options);
     const double way = (motion.states.back()[1].pose.origin - bodies[1].start.pose.origin).norm();
-    const double acceleration = std::max(0.0, kGravity * (std::sin(theta) - mu * std::cos(theta)));
+    const double acceleration = std::max(0.0, gravity * (std::sin(theta) - mu * std::cos(theta)));
     EXPECT_NEAR(way, acceleration / 8, 0.01 * acceleration / 8 + 2e-4) << mu;
   }
 }
@@ -109,7 +109,7 @@ TEST(Motion, ABallRollsDownASlope) {
   const motion::Motion motion = motion::simulate_motion(bodies, {}, options);
   const motion::BodyState& end = motion.states.back()[1];
   const double way = (end.pose.origin - bodies[1].start.pose.origin).norm();
-  const double expected = 5.0 / 7 * kGravity * std::sin(theta) * 0.18;
+  const double expected = 5.0 / 7 * gravity * std::sin(theta) * 0.18;
   EXPECT_NEAR(way, expected, 0.01 * expected);
   EXPECT_NEAR(end.spin.norm() * radius, end.velocity.norm(), 0.01 * end.velocity.norm());
   ASSERT_EQ(motion.contacts.size(), 1u);
@@ -124,7 +124,7 @@ TEST(Motion, ABallRollsDownASlope) {
   EXPECT_LT(step.normal.z(), 0);
   for (const motion::ContactStep& one : motion.contacts[0].steps) mean += one.force.dot(one.normal);
   mean /= static_cast<double>(motion.contacts[0].steps.size());
-  const double weight = bodies[1].rigid.mass * kGravity * std::cos(theta);
+  const double weight = bodies[1].rigid.mass * gravity * std::cos(theta);
   EXPECT_NEAR(mean, weight, 0.02 * weight);
 }
 
@@ -180,11 +180,11 @@ TEST(Motion, APendulumOnAStringKeepsTime) {
   ASSERT_GE(crossings.size(), 3u);
   const double period =
       (crossings.back() - crossings.front()) / static_cast<double>(crossings.size() - 1);
-  EXPECT_NEAR(period, 2 * std::numbers::pi * std::sqrt(length / kGravity), 3e-3 * period);
+  EXPECT_NEAR(period, 2 * std::numbers::pi * std::sqrt(length / gravity), 3e-3 * period);
   double tension = 0;
   for (const auto& step : motion.tensions) tension += step[0];
   tension /= static_cast<double>(motion.tensions.size());
-  EXPECT_NEAR(tension, bodies[0].rigid.mass * kGravity, 0.01 * tension);
+  EXPECT_NEAR(tension, bodies[0].rigid.mass * gravity, 0.01 * tension);
   for (const auto& states : motion.states) {
     EXPECT_LT(states[0].pose.origin.norm(), length * 1.001);
   }
@@ -203,7 +203,7 @@ TEST(Motion, AHeldBodyIsLetGoInTime) {
   EXPECT_EQ(motion.states[500][0].velocity, Vec3(0, 0, 0));
   EXPECT_NEAR(motion.states[500][1].pose.origin.z(), 0.06, 1e-4);
   EXPECT_NEAR(motion.states[1000][0].pose.origin.x(), 0.5, 1e-3);
-  EXPECT_NEAR(motion.states[1000][0].pose.origin.z(), -kGravity / 8, 0.01);
+  EXPECT_NEAR(motion.states[1000][0].pose.origin.z(), -gravity / 8, 0.01);
 }
 
 TEST(Motion, BodiesInOneAnotherAtTheStartAreTold) {
@@ -262,7 +262,7 @@ TEST(Motion, ARestingBoxIsBorneByItsWeight) {
     for (const motion::ContactStep& step : contact.steps) sum += step.force;
   }
   sum /= 1000;
-  const double weight = bodies[1].rigid.mass * kGravity;
+  const double weight = bodies[1].rigid.mass * gravity;
   EXPECT_NEAR(sum.z(), -weight, 0.01 * weight);
   EXPECT_NEAR(motion.states.back()[1].pose.origin.z(), 0.05, 1e-4);
 }

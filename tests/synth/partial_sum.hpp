@@ -31,9 +31,10 @@ inline void add_partials(std::span<const modal::Partial> partials, long double f
   }
   const double fraction = voices.empty() ? 0 : tail / static_cast<double>(voices.size());
   modal::SampleBlock block{};
-  for (std::size_t begin = 0; begin < samples.size() && !voices.empty(); begin += modal::kBlock) {
+  for (std::size_t begin = 0; begin < samples.size() && !voices.empty();
+       begin += modal::block_size) {
     modal::drop_below(fraction * peak, voices);
-    const std::size_t count = std::min(modal::kBlock, samples.size() - begin);
+    const std::size_t count = std::min(modal::block_size, samples.size() - begin);
     std::copy_n(samples.begin() + static_cast<std::ptrdiff_t>(begin), count, block.samples.begin());
     modal::add_voices(voices, count, block);
     modal::move_on(voices, count);

@@ -35,7 +35,7 @@ inline Complex hankel(int order, double x) {
 inline Complex sphere_pressure(int order, double k, double a, const Vec3& x) {
   const double r = x.norm();
   const Complex slope = order / (k * a) * hankel(order, k * a) - hankel(order + 1, k * a);
-  return -modal::kAirDensity * legendre(order, x[2] / r) * hankel(order, k * r) / (k * slope);
+  return -modal::air_density * legendre(order, x[2] / r) * hankel(order, k * r) / (k * slope);
 }
 
 /// Modes of a sphere about the origin, one of Legendre's polynomials at each k a.
@@ -43,7 +43,7 @@ inline solvers::modes::Modes sphere_modes(const solvers::modes::ModeSurface& sph
                                           int order, const std::vector<double>& ka) {
   std::vector<double> eigenvalues;
   for (const double value : ka) {
-    eigenvalues.push_back(std::pow(value / radius * modal::kSoundSpeed, 2));
+    eigenvalues.push_back(std::pow(value / radius * modal::speed_of_sound, 2));
   }
   return modes_with(sphere, eigenvalues, [&](int, const Vec3& x) -> Vec3 {
     return legendre(order, x.normalized()[2]) * x.normalized();

@@ -10,16 +10,16 @@
 namespace carillon::synth {
 namespace {
 
-constexpr double kRadius = 0.1;
-constexpr double kThickness = 1e-3;
+constexpr double fixed_radius = 0.1;
+constexpr double thickness = 1e-3;
 
 /// A disc that moves along its axis as a piston, at each k a.
 solvers::modes::Modes piston(const std::vector<double>& ka) {
   std::vector<double> eigenvalues;
   for (const double value : ka) {
-    eigenvalues.push_back(std::pow(value / kRadius * modal::kSoundSpeed, 2));
+    eigenvalues.push_back(std::pow(value / fixed_radius * modal::speed_of_sound, 2));
   }
-  return modes_with(disc(kRadius, kThickness, 12, 96), eigenvalues,
+  return modes_with(disc(fixed_radius, thickness, 12, 96), eigenvalues,
                     [](int, const Vec3&) { return Vec3(0, 0, 1); });
 }
 
@@ -30,17 +30,17 @@ TEST(RayleighIntegral, IsThePistonOnItsAxis) {
   const std::vector<modal::Listener> listeners = {{{0, 0, 0.03}}, {{0, 0, 0.2}}, {{0, 0, 2}}};
   const auto result = radiation::rayleigh_pressure(modes, listeners);
   for (std::size_t mode = 0; mode < ka.size(); ++mode) {
-    const double k = ka[mode] / kRadius;
+    const double k = ka[mode] / fixed_radius;
     for (std::size_t row = 0; row < listeners.size(); ++row) {
       const double z = listeners[row].position[2];
-      const double height = z - kThickness / 2;
+      const double height = z - thickness / 2;
       const Complex expected =
-          modal::kAirDensity / Complex(0, k) *
-          (std::polar(1.0, -k * height) - std::polar(1.0, -k * std::hypot(height, kRadius))) *
+          modal::air_density / Complex(0, k) *
+          (std::polar(1.0, -k * height) - std::polar(1.0, -k * std::hypot(height, fixed_radius))) *
           std::polar(1.0, k * z);
       const Complex found = result.pressure(Eigen::Index(row), Eigen::Index(mode));
       EXPECT_LT(std::abs(found - expected),
-                0.02 * modal::kAirDensity / k * std::min(1.0, k * kRadius * kRadius / z))
+                0.02 * modal::air_density / k * std::min(1.0, k * fixed_radius * fixed_radius / z))
           << ka[mode] << " " << z;
     }
   }
@@ -48,14 +48,14 @@ TEST(RayleighIntegral, IsThePistonOnItsAxis) {
 
 // Far away 2 J1(x) / x with x = k a sin(angle).
 TEST(RayleighIntegral, HasThePistonsDirectivity) {
-  const double ka = 6, k = ka / kRadius;
+  const double ka = 6, k = ka / fixed_radius;
   std::vector<modal::Listener> listeners;
   for (const double angle : {0.0, 0.2, 0.5, 0.9, 1.3}) {
     listeners.push_back({{50 * std::sin(angle), 0, 50 * std::cos(angle)}});
   }
   const auto result = radiation::rayleigh_pressure(piston({ka}), listeners);
   for (std::size_t row = 0; row < listeners.size(); ++row) {
-    const double x = k * kRadius * listeners[row].position[0] / 50;
+    const double x = k * fixed_radius * listeners[row].position[0] / 50;
     const double expected = x == 0 ? 1 : 2 * std::cyl_bessel_j(1, x) / x;
     EXPECT_NEAR(std::abs(result.pressure(Eigen::Index(row), 0) / result.pressure(0, 0)),
                 std::abs(expected), 0.005);
@@ -91,14 +91,14 @@ TEST(RayleighIntegral, RefusesWhatIsNoSheet) {
 }
 
 TEST(RayleighIntegral, RefusesListenersInTheSheet) {
-  for (const Vec3& place : {Vec3(0.02, 0, 0), Vec3(0.5, 0, 1e-4), Vec3(0, 0, kThickness / 2),
+  for (const Vec3& place : {Vec3(0.02, 0, 0), Vec3(0.5, 0, 1e-4), Vec3(0, 0, thickness / 2),
                             Vec3(0, 0, 1e-3), Vec3(std::nan(""), 0, 1)}) {
     const std::vector<modal::Listener> listeners = {{place}};
     EXPECT_THROW(radiation::rayleigh_pressure(piston({1}), listeners), core::InputError)
         << place.transpose();
   }
   // On the baffle beside the sheet there is pressure like anywhere else.
-  const std::vector<modal::Listener> baffle = {{{0.5, 0, kThickness / 2}}};
+  const std::vector<modal::Listener> baffle = {{{0.5, 0, thickness / 2}}};
   EXPECT_GT(std::abs(radiation::rayleigh_pressure(piston({1}), baffle).pressure(0, 0)), 0);
 }
 

@@ -63,7 +63,7 @@ TEST(ReliefContacts, AFlatBoxTouchesFarApart) {
   const std::vector<solvers::mesh::Triangle> bottom = {{0, 2, 1}, {1, 2, 3}};  // seen from below
   const std::vector<motion::ReliefContact> found =
       motion::hull_on_relief(peaks, {1, 1}, points, bottom);
-  ASSERT_EQ(found.size(), motion::kMaxReliefContacts);
+  ASSERT_EQ(found.size(), motion::max_relief_contacts);
   Eigen::Vector2d low(1, 1), high(0, 0);
   for (const motion::ReliefContact& contact : found) {
     EXPECT_NEAR(contact.depth, 1e-4, 1e-9);

@@ -39,24 +39,24 @@ TEST(ReverberantTail, HasThePrescribedTimeInEveryOctave) {
   const Case cases[] = {{{5, 4, 3}, {0.5, 0.5, 0.5, 0.5, 0.5, 0.5, 0.5, 0.4}},
                         {{10, 7.5, 3.5}, {1.2, 1.1, 1.0, 1.0, 1.0, 0.9, 0.7, 0.4}},
                         {{8, 6, 2.7}, {0.4, 0.5, 0.7, 0.8, 0.7, 0.5, 0.4, 0.3}}};
-  constexpr int kSeeds = 20;
+  constexpr int seeds = 20;
   for (const Case& c : cases) {
     room::OctaveValues mean{};
-    for (int seed = 0; seed < kSeeds; ++seed) {
+    for (int seed = 0; seed < seeds; ++seed) {
       room::RoomOptions options = room(c.size, c.rt60);
       options.seed = static_cast<std::uint64_t>(seed);
       const auto tail = alone(options);
-      for (std::size_t b = 0; b < room::kOctaves; ++b) {
+      for (std::size_t b = 0; b < room::octave_count; ++b) {
         const auto found = room::reverberation_time(
-            room::octave_band(tail, 44100, room::kOctaveCentres[b]), 44100);
-        ASSERT_TRUE(found.has_value()) << room::size_text(c.size) << " " << room::kOctaveCentres[b];
+            room::octave_band(tail, 44100, room::octave_centres[b]), 44100);
+        ASSERT_TRUE(found.has_value()) << room::size_text(c.size) << " " << room::octave_centres[b];
         const double error = found->rt60 / c.rt60[b] - 1;
-        mean[b] += error / kSeeds;
+        mean[b] += error / seeds;
         EXPECT_LT(std::abs(error), 0.05)
-            << room::size_text(c.size) << " " << room::kOctaveCentres[b] << " Hz, seed " << seed;
+            << room::size_text(c.size) << " " << room::octave_centres[b] << " Hz, seed " << seed;
       }
     }
-    for (std::size_t b = 0; b < room::kOctaves; ++b) {
+    for (std::size_t b = 0; b < room::octave_count; ++b) {
       EXPECT_LT(std::abs(mean[b]), 0.02) << room::size_text(c.size) << " " << b;
     }
   }
@@ -74,8 +74,8 @@ double energy(const std::vector<double>& h, double from, double to, double rate)
 TEST(ReverberantTail, TheJoinIsEvenToADecibel) {
   for (const Eigen::Vector3d& size : {Eigen::Vector3d(5, 4, 3), Eigen::Vector3d(10, 7.5, 3.5),
                                       Eigen::Vector3d(8, 6, 2.7), Eigen::Vector3d(4, 3.5, 2.5)}) {
-    constexpr int kSeeds = 5;
-    for (int seed = 0; seed < kSeeds; ++seed) {
+    constexpr int seeds = 5;
+    for (int seed = 0; seed < seeds; ++seed) {
       room::RoomOptions options = room(size, {0.6, 0.6, 0.6, 0.6, 0.6, 0.6, 0.6, 0.45});
       options.seed = static_cast<std::uint64_t>(seed);
       const room::TailPlan plan = room::room_tail_plan(options);
@@ -89,9 +89,9 @@ TEST(ReverberantTail, TheJoinIsEvenToADecibel) {
             (image.distance - plan.direct) / room::sound_speed(options.air) - plan.start;
         const room::OctaveValues gains = room::image_gains(image, plan.direct, options.walls, m);
         double power = 0;  // over the whole spectrum, octaves weighted by their width
-        for (std::size_t b = 0; b < room::kOctaves; ++b) {
+        for (std::size_t b = 0; b < room::octave_count; ++b) {
           const double low = b == 0 ? 0 : room::lower_edge(b);
-          const double high = b + 1 == room::kOctaves ? 22050 : room::upper_edge(b);
+          const double high = b + 1 == room::octave_count ? 22050 : room::upper_edge(b);
           power += gains[b] * gains[b] * (high - low) / 22050;
         }
         if (time >= -matched && time < 0) before += power;

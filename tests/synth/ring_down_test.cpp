@@ -12,7 +12,7 @@
 namespace carillon::synth {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+constexpr double pi = std::numbers::pi;
 
 /// Smooth, unlike fields, as good as any modes for what is tested here.
 Vec3 wavy(int mode, const Vec3& x) {
@@ -22,7 +22,7 @@ Vec3 wavy(int mode, const Vec3& x) {
 
 solvers::modes::Modes wavy_modes(int count) {
   std::vector<double> eigenvalues;
-  for (int i = 0; i < count; ++i) eigenvalues.push_back(std::pow(2 * kPi * 200 * (i + 1), 2));
+  for (int i = 0; i < count; ++i) eigenvalues.push_back(std::pow(2 * pi * 200 * (i + 1), 2));
   return modes_with(curved_sphere(0.1, Vec3::Zero(), 2, 3), eigenvalues, wavy);
 }
 
@@ -30,7 +30,7 @@ modal::Strike inward_strike(const solvers::modes::Modes& modes, const modal::Sur
   return {point, -modal::frame_at(modes.surface, point).normal, 0.02, 1e-3};
 }
 
-const modal::SurfacePoint kSomewhere{5, {0.2, 0.3, 0.5}};
+const modal::SurfacePoint somewhere{5, {0.2, 0.3, 0.5}};
 
 TEST(ShapesAt, InterpolatesWithTheNodesOfTheFace) {
   // A linear field is met exactly by every order.
@@ -39,8 +39,8 @@ TEST(ShapesAt, InterpolatesWithTheNodesOfTheFace) {
   for (int order = 1; order <= 4; ++order) {
     const auto modes = modes_with(curved_sphere(0.1, Vec3(1, 2, 3), 2, order), {1e6},
                                   [&](int, const Vec3& x) -> Vec3 { return gradient * x; });
-    const Vec3 position = modal::frame_at(modes.surface, kSomewhere).position;
-    const Eigen::MatrixX3d shapes = modal::shapes_at(modes, kSomewhere);
+    const Vec3 position = modal::frame_at(modes.surface, somewhere).position;
+    const Eigen::MatrixX3d shapes = modal::shapes_at(modes, somewhere);
     ASSERT_EQ(shapes.rows(), 1);
     EXPECT_LT((shapes.row(0).transpose() - gradient * position).norm(), 1e-5) << order;
   }
@@ -92,14 +92,14 @@ Eigen::MatrixXd gains(const modal::RingDown& rings) {
 TEST(RingDown, DryGainIsForceTimesNormalMotion) {
   const solvers::modes::Modes modes = wavy_modes(4);
   const std::vector<double> d(4, 1.0);
-  modal::Strike strike = inward_strike(modes, kSomewhere);
+  modal::Strike strike = inward_strike(modes, somewhere);
   strike.direction = Vec3(1, -2, 2) / 3;
   const modal::RingDown rings = rings_of(modes, d, strike, {});
   ASSERT_EQ(gains(rings).rows(), 1);
   EXPECT_EQ(rings.readout.unit, "m/s");
   EXPECT_EQ(rings.readout.delays, std::vector<double>{0.0});
-  const Eigen::MatrixX3d shapes = modal::shapes_at(modes, kSomewhere);
-  const Vec3 normal = modal::frame_at(modes.surface, kSomewhere).normal;
+  const Eigen::MatrixX3d shapes = modal::shapes_at(modes, somewhere);
+  const Vec3 normal = modal::frame_at(modes.surface, somewhere).normal;
   for (Eigen::Index i = 0; i < 4; ++i) {
     const double expected = 0.02 * shapes.row(i).dot(strike.direction) * shapes.row(i).dot(normal);
     EXPECT_NEAR(gains(rings)(0, i), expected, 1e-15);
@@ -168,8 +168,8 @@ TEST(RingDown, DoesNotDependOnWhereTheBodyLiesAndHowItIsTurned) {
     }
   }
   const std::vector<double> d(3, 2.0);
-  const modal::Strike strike = inward_strike(modes, kSomewhere);
-  const modal::Strike moved_strike = inward_strike(moved, kSomewhere);
+  const modal::Strike strike = inward_strike(modes, somewhere);
+  const modal::Strike moved_strike = inward_strike(moved, somewhere);
   const Vec3 ear(0.7, 0.2, -0.4);
   const std::vector<modal::Listener> here = {{ear}}, there = {{turn * ear + shift}};
   const double dry = gains(rings_of(modes, d, strike, {})).norm();
@@ -185,34 +185,34 @@ TEST(RingDown, DoesNotDependOnWhereTheBodyLiesAndHowItIsTurned) {
 // A breathing sphere is the monopole itself: p = rho R^2 q'' / r, q'' the surface's acceleration,
 // after r / c.
 TEST(RingDown, BreathingSphereRadiatesAsAMonopole) {
-  constexpr double kRadius = 0.05, kMass = 2.5, kOmega = 2 * kPi * 900, kDecay = 30;
-  const double phi = 1 / std::sqrt(kMass);
+  constexpr double fixed_radius = 0.05, mass = 2.5, omega = 2 * pi * 900, decay_constant = 30;
+  const double phi = 1 / std::sqrt(mass);
   const Vec3 centre(0.4, 0, -1);
   const auto modes =
-      modes_with(curved_sphere(kRadius, centre, 6, 3), {kOmega * kOmega},
+      modes_with(curved_sphere(fixed_radius, centre, 6, 3), {omega * omega},
                  [&](int, const Vec3& x) -> Vec3 { return phi * (x - centre).normalized(); });
-  const std::vector<double> d = {kDecay};
+  const std::vector<double> d = {decay_constant};
   const modal::Strike strike{
-      kSomewhere, -modal::frame_at(modes.surface, kSomewhere).normal, 0.3, {0}};
+      somewhere, -modal::frame_at(modes.surface, somewhere).normal, 0.3, {0}};
   const std::vector<modal::Listener> listeners = {{centre + Vec3(0, 0.8, 0)},
                                                   {centre + Vec3(3, 0, 4)}};
   const modal::RingDown rings = rings_of(modes, d, strike, listeners);
   EXPECT_EQ(rings.readout.unit, "Pa");
-  constexpr std::size_t kCount = 2000;
-  const auto sound = modal::synthesize(rings, {0}, 44100, kCount);
-  const double damped = std::sqrt(kOmega * kOmega - kDecay * kDecay);
+  constexpr std::size_t sample_count = 2000;
+  const auto sound = modal::synthesize(rings, {0}, 44100, sample_count);
+  const double damped = std::sqrt(omega * omega - decay_constant * decay_constant);
   for (std::size_t row = 0; row < 2; ++row) {
     const double r = row == 0 ? 0.8 : 5.0;
-    const double scale = 1.204 * kRadius * kRadius / r * phi * phi * 0.3;
-    for (std::size_t n = 0; n < kCount; ++n) {
+    const double scale = 1.204 * fixed_radius * fixed_radius / r * phi * phi * 0.3;
+    for (std::size_t n = 0; n < sample_count; ++n) {
       const double t = double(n) / 44100 - r / 343.0;
       // Acceleration of a unit impulse response, pushed inward.
-      const double expected =
-          t < 0 ? 0
-                : -scale * std::exp(-kDecay * t) *
-                      (-2 * kDecay * std::cos(damped * t) +
-                       (kDecay * kDecay - damped * damped) / damped * std::sin(damped * t));
-      ASSERT_NEAR(sound[row * kCount + n], expected, 1e-4 * scale * kOmega) << row << " " << n;
+      const double expected = t < 0 ? 0
+                                    : -scale * std::exp(-decay_constant * t) *
+                                          (-2 * decay_constant * std::cos(damped * t) +
+                                           (decay_constant * decay_constant - damped * damped) /
+                                               damped * std::sin(damped * t));
+      ASSERT_NEAR(sound[row * sample_count + n], expected, 1e-4 * scale * omega) << row << " " << n;
     }
   }
 }
@@ -225,9 +225,9 @@ TEST(RingDown, MotionWithoutVolumeVelocityIsSilentInTheMonopole) {
                                 });
   const std::vector<double> d = {1, 1};
   const std::vector<modal::Listener> listeners = {{{1, 0, 0}}};
-  const modal::RingDown rings = rings_of(modes, d, inward_strike(modes, kSomewhere), listeners);
+  const modal::RingDown rings = rings_of(modes, d, inward_strike(modes, somewhere), listeners);
   // Against the volume velocity that the same motion, directed outward, would have.
-  const double breathing = modal::kAirDensity / (4 * kPi) * 0.02 * 4 * kPi * 0.01;
+  const double breathing = modal::air_density / (4 * pi) * 0.02 * 4 * pi * 0.01;
   EXPECT_LT(std::abs(gains(rings)(0, 0)), 1e-6 * breathing);
   EXPECT_LT(std::abs(gains(rings)(0, 1)), 1e-6 * breathing);
 }
@@ -240,7 +240,7 @@ TEST(RingDown, CavitiesDoNotRadiate) {
   const auto hollow = modes_with(shell, {1e6}, radial);
   const std::vector<double> d = {1};
   const std::vector<modal::Listener> listeners = {{{1, 0, 0}}};
-  const modal::Strike strike = inward_strike(solid, kSomewhere);
+  const modal::Strike strike = inward_strike(solid, somewhere);
   EXPECT_EQ(gains(rings_of(solid, d, strike, listeners))(0, 0),
             gains(rings_of(hollow, d, strike, listeners))(0, 0));
 }
@@ -248,7 +248,7 @@ TEST(RingDown, CavitiesDoNotRadiate) {
 TEST(RingDown, FallsWithDistanceAndRefusesListenersInside) {
   const solvers::modes::Modes modes = wavy_modes(2);
   const std::vector<double> d = {1, 1};
-  const modal::Strike strike = inward_strike(modes, kSomewhere);
+  const modal::Strike strike = inward_strike(modes, somewhere);
   const std::vector<modal::Listener> two = {{{1, 0, 0}}, {{0, 0, 4}}};
   const modal::RingDown rings = rings_of(modes, d, strike, two);
   EXPECT_NEAR(gains(rings)(0, 0) / gains(rings)(1, 0), 4, 1e-9);
@@ -262,11 +262,11 @@ TEST(RingDown, FallsWithDistanceAndRefusesListenersInside) {
 TEST(RingDown, RefusesWhatCannotBe) {
   const solvers::modes::Modes modes = wavy_modes(2);
   const std::vector<double> d = {1, 1};
-  modal::Strike strike = inward_strike(modes, kSomewhere);
+  modal::Strike strike = inward_strike(modes, somewhere);
   EXPECT_THROW(rings_of(modes, std::vector<double>{1}, strike, {}), core::InputError);
   strike.direction *= 2;
   EXPECT_THROW(rings_of(modes, d, strike, {}), core::InputError);
-  strike = inward_strike(modes, kSomewhere);
+  strike = inward_strike(modes, somewhere);
   strike.point.face = 999;
   EXPECT_THROW(rings_of(modes, d, strike, {}), core::InputError);
 }

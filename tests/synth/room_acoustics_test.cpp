@@ -31,7 +31,7 @@ TEST(AirAbsorption, IsThatOfIso9613) {
       const double found =
           room::air_absorption(exact, row.air) * 10 * std::log10(std::exp(1.0)) * 1000;
       EXPECT_NEAR(found, row.decibels_per_km[b], std::max(0.055, 0.006 * found))
-          << row.air.temperature << " C, " << room::kOctaveCentres[b] << " Hz";
+          << row.air.temperature << " C, " << room::octave_centres[b] << " Hz";
     }
   }
 }
@@ -45,8 +45,8 @@ TEST(Eyring, AirShortensReverberation) {
   const room::OctaveValues times = room::eyring(size, absorption, air);
   const double v = 90;
   const double s = 126;
-  for (std::size_t b = 0; b < room::kOctaves; ++b) {
-    const double m = room::air_absorption(room::kOctaveCentres[b], air);
+  for (std::size_t b = 0; b < room::octave_count; ++b) {
+    const double m = room::air_absorption(room::octave_centres[b], air);
     EXPECT_NEAR(times[b], 55.262 / 343 * v / (s * 0.105361 + 4 * m * v), 1e-4);
     EXPECT_LT(times[b], 55.262 / 343 * v / (s * 0.105360));
   }
@@ -68,7 +68,7 @@ RC_GTEST_PROP(Eyring, IsInvertedExactly, ()) {
                       *rc::gen::inRange(0, 101) / 100.0};
   const room::OctaveValues found =
       room::absorption_for(size, room::eyring(size, absorption, air), air);
-  for (std::size_t b = 0; b < room::kOctaves; ++b) {
+  for (std::size_t b = 0; b < room::octave_count; ++b) {
     RC_ASSERT(std::abs(found[b] - absorption[b]) < 1e-7);
   }
 }

@@ -31,7 +31,7 @@ TEST(RoomResponse, WallsThatAbsorbEverythingAreTheFreeField) {
   const room::RoomResponse response = room::room_response(options);
   EXPECT_TRUE(response.images.empty());
   EXPECT_TRUE(response.tail.empty());
-  EXPECT_LT(response.tail_db, room::kInaudibleTail);
+  EXPECT_LT(response.tail_db, room::inaudible_tail);
 }
 
 TEST(RoomResponse, AVeryAbsorbentRoomHasNoTail) {
@@ -133,11 +133,11 @@ TEST(RoomResponse, WholeHasThePrescribedTime) {
   for (std::size_t n = 0; n < response.images.size(); ++n) whole[n] += response.images[n];
   for (std::size_t n = 0; n < response.tail.size(); ++n) whole[n] += response.tail[n];
   whole[0] += 1;
-  for (std::size_t b = 0; b < room::kOctaves; ++b) {
+  for (std::size_t b = 0; b < room::octave_count; ++b) {
     const auto found =
-        room::reverberation_time(room::octave_band(whole, 44100, room::kOctaveCentres[b]), 44100);
+        room::reverberation_time(room::octave_band(whole, 44100, room::octave_centres[b]), 44100);
     ASSERT_TRUE(found.has_value());
-    EXPECT_NEAR(found->rt60 / times[b], 1, 0.1) << room::kOctaveCentres[b];
+    EXPECT_NEAR(found->rt60 / times[b], 1, 0.1) << room::octave_centres[b];
   }
 }
 

@@ -78,23 +78,23 @@ modal::RingDown one_mode(double lambda, double d, const modal::Weights& weights,
 // Steps of the force that go with the samples, that do not, and finer and coarser ones; modes
 // below, at and above critical damping, slow, at rest and rigid.
 TEST(SampledForce, IsExactForStraightLines) {
-  constexpr double kRate = 44100;
-  constexpr std::size_t kCount = 40;
+  constexpr double audio_rate = 44100;
+  constexpr std::size_t sample_count = 40;
   for (const double omega : {0.0, 1e-3, 30.0, 2e3, 2e4, 1.2e5}) {
     for (const double ratio : {0.0, 1e-3, 0.3, 0.9999999, 1.0, 1.0000001, 1.004, 1.1, 30.0}) {
       if (ratio * omega > 3e5) continue;
       const double d = omega > 0 ? ratio * omega : 300 * ratio;
       for (const auto& [duration, points] :
-           {std::pair{20 / kRate, 21}, {3.3e-4, 2}, {5e-4, 11}, {1e-4, 67}}) {
+           {std::pair{20 / audio_rate, 21}, {3.3e-4, 2}, {5e-4, 11}, {1e-4, 67}}) {
         const modal::ContactForce force = burst(duration, std::size_t(points), 5);
-        for (const double delay : {0.0, 3.3 / kRate}) {
+        for (const double delay : {0.0, 3.3 / audio_rate}) {
           for (const modal::Weights weights :
                {modal::Weights{1, 0, 0}, modal::Weights{0, 1, 0}, modal::Weights{0, 0, 1}}) {
-            const auto sound =
-                modal::synthesize(one_mode(omega * omega, d, weights, delay), force, kRate, kCount);
+            const auto sound = modal::synthesize(one_mode(omega * omega, d, weights, delay), force,
+                                                 audio_rate, sample_count);
             double peak = 0, worst = 0;
-            for (std::size_t n = 0; n < kCount; n += 3) {
-              const Real t = Real(n) / kRate - delay;
+            for (std::size_t n = 0; n < sample_count; n += 3) {
+              const Real t = Real(n) / audio_rate - delay;
               if (t < 0) continue;
               const State s = step_through(omega * omega, d, force, t);
               const Real expected =

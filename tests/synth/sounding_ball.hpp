@@ -9,8 +9,8 @@
 
 namespace carillon::synth {
 
-inline const std::vector<motion::MovingBody> kStill(2);
-inline constexpr double kRate = 44100, kRadius = 0.05, kPi = std::numbers::pi;
+inline const std::vector<motion::MovingBody> at_rest(2);
+inline constexpr double audio_rate = 44100, fixed_radius = 0.05, pi = std::numbers::pi;
 
 /// A ball whose surface moves as Legendre's polynomial of an order at some frequencies.
 struct Ball {
@@ -19,7 +19,7 @@ struct Ball {
   motion::SoundingBody body;
 
   Ball(int order, const std::vector<double>& frequencies, double decay_rate)
-      : modes(sphere_modes(curved_sphere(kRadius, Vec3::Zero(), 4, 3), kRadius, order,
+      : modes(sphere_modes(curved_sphere(fixed_radius, Vec3::Zero(), 4, 3), fixed_radius, order,
                            ka_of(frequencies))),
         field(fit(modes)) {
     body.modes = &modes;
@@ -30,7 +30,7 @@ struct Ball {
   Ball& operator=(const Ball&) = delete;
 
   static std::vector<double> ka_of(std::vector<double> frequencies) {
-    for (double& value : frequencies) value *= 2 * kPi * kRadius / modal::kSoundSpeed;
+    for (double& value : frequencies) value *= 2 * pi * fixed_radius / modal::speed_of_sound;
     return frequencies;
   }
   static radiation::EquivalentSources fit(const solvers::modes::Modes& modes) {

@@ -15,7 +15,7 @@
 namespace carillon::synth {
 namespace {
 
-constexpr double kRate = 44100;
+constexpr double audio_rate = 44100;
 
 struct PlannedStrike {
   std::size_t body;
@@ -39,7 +39,7 @@ std::vector<float> stream(const std::vector<modal::RingDown>& all,
                           const std::vector<PlannedStrike>& strikes,
                           const std::vector<std::size_t>& sizes, std::size_t count) {
   const std::size_t rows = all[0].readout.delays.size();
-  modal::StreamingRenderer renderer(rows, kRate);
+  modal::StreamingRenderer renderer(rows, audio_rate);
   for (const modal::RingDown& rings : all) {
     renderer.add_body(rings.eigenvalues, rings.decay_rates, rings.readout);
   }
@@ -49,8 +49,8 @@ std::vector<float> stream(const std::vector<modal::RingDown>& all,
   for (std::size_t done = 0, turn = 0; done < count; ++turn) {
     const std::size_t size = std::min(sizes[turn % sizes.size()], count - done);
     for (std::size_t b = 0; b < strikes.size(); ++b) {
-      const double delay = strikes[b].time - double(done) / kRate;
-      if (told[b] || delay * kRate > double(size) + 700) continue;
+      const double delay = strikes[b].time - double(done) / audio_rate;
+      if (told[b] || delay * audio_rate > double(size) + 700) continue;
       told[b] = true;
       renderer.strike(strikes[b].body, all[strikes[b].body].excitation * strikes[b].impulse,
                       strikes[b].force, delay);
@@ -74,7 +74,7 @@ std::vector<double> offline(const std::vector<modal::RingDown>& all,
     modal::RingDown rings = all[strike.body];
     rings.excitation *= strike.impulse;
     for (double& delay : rings.readout.delays) delay += strike.time;
-    const auto sound = modal::synthesize(rings, strike.force, kRate, count);
+    const auto sound = modal::synthesize(rings, strike.force, audio_rate, count);
     for (std::size_t n = 0; n < sum.size(); ++n) sum[n] += double(sound[n]);
   }
   return sum;
@@ -82,7 +82,7 @@ std::vector<double> offline(const std::vector<modal::RingDown>& all,
 
 // Blocks of any size; strikes at any time, on bodies that ring, during contacts of others.
 TEST(StreamingRenderer, IsTheOfflineSumTo120DecibelsWhateverTheBlocks) {
-  constexpr std::size_t kCount = 6000;
+  constexpr std::size_t sample_count = 6000;
   modal::ContactForce burst{4e-3, {}};
   for (int i = 0; i < 150; ++i) burst.samples.push_back(300 * std::sin(i * i * 0.7));
   for (const bool pressure : {false, true}) {
@@ -90,12 +90,12 @@ TEST(StreamingRenderer, IsTheOfflineSumTo120DecibelsWhateverTheBlocks) {
     const std::vector<PlannedStrike> strikes = {
         {0, 0, 1, {1e-3}},          {1, 0.00321, 0.4, {2e-4}}, {1, 0.00333, 0.7, {5e-3}},
         {2, 0.0301234, 1.3, burst}, {0, 0.0301234, 0.2, {0}},  {2, 0.0302, -0.5, {7e-4}}};
-    const auto expected = offline(all, strikes, kCount);
+    const auto expected = offline(all, strikes, sample_count);
     double peak = 0;
     for (const double s : expected) peak = std::max(peak, std::abs(s));
     for (const std::vector<std::size_t>& sizes :
-         {std::vector<std::size_t>{64}, {1}, {512}, {480}, {kCount}, {3, 700, 1, 17}}) {
-      const auto sound = stream(all, strikes, sizes, kCount);
+         {std::vector<std::size_t>{64}, {1}, {512}, {480}, {sample_count}, {3, 700, 1, 17}}) {
+      const auto sound = stream(all, strikes, sizes, sample_count);
       double worst = 0;
       for (std::size_t n = 0; n < sound.size(); ++n) {
         worst = std::max(worst, std::abs(double(sound[n]) - expected[n]));
@@ -137,9 +137,9 @@ TEST(StreamingRenderer, StrikesAddUp) {
 // Strikes one after the other are one strike, later and again.
 TEST(StreamingRenderer, RepeatsAStrike) {
   const modal::RingDown rings = random_rings(20, 8, true);
-  constexpr double kInterval = 0.0312345;
-  const std::vector<double> times = {kInterval, 0, 2 * kInterval};
-  const auto sound = modal::synthesize_strikes(rings, {1e-3}, times, kRate, 6000);
+  constexpr double interval = 0.0312345;
+  const std::vector<double> times = {interval, 0, 2 * interval};
+  const auto sound = modal::synthesize_strikes(rings, {1e-3}, times, audio_rate, 6000);
   std::vector<PlannedStrike> strikes;
   for (const double time : times) strikes.push_back({0, time, 1, {1e-3}});
   const auto expected = offline({rings}, strikes, 6000);
@@ -156,7 +156,7 @@ TEST(StreamingRenderer, RingsOnWhereItIsMoved) {
   static_assert(!std::is_copy_assignable_v<modal::StreamingRenderer>);
   const auto all = bodies(false);
   const auto sound = [&](bool moved) {
-    modal::StreamingRenderer renderer(1, kRate);
+    modal::StreamingRenderer renderer(1, audio_rate);
     const auto add = [&](const modal::RingDown& rings) {
       renderer.add_body(rings.eigenvalues, rings.decay_rates, rings.readout);
     };
@@ -173,7 +173,7 @@ TEST(StreamingRenderer, RingsOnWhereItIsMoved) {
       add(all[2]);
       auto elsewhere = std::make_unique<modal::StreamingRenderer>(std::move(renderer));
       elsewhere->render(std::span(out).subspan(1000, 1000));
-      modal::StreamingRenderer assigned(1, kRate);
+      modal::StreamingRenderer assigned(1, audio_rate);
       assigned = std::move(*elsewhere);
       elsewhere.reset();
       assigned.render(std::span(out).last(1000));
@@ -188,7 +188,7 @@ TEST(StreamingRenderer, RingsOnWhereItIsMoved) {
 
 TEST(StreamingRenderer, SilenceCostsNothing) {
   const modal::RingDown rings = random_rings(60, 3, false);
-  modal::StreamingRenderer renderer(1, kRate);
+  modal::StreamingRenderer renderer(1, audio_rate);
   renderer.add_body(rings.eigenvalues, rings.decay_rates, rings.readout);
   EXPECT_EQ(renderer.voices(), 0U);
   renderer.strike(0, rings.excitation, {1e-3});
@@ -204,7 +204,7 @@ TEST(StreamingRenderer, SilenceCostsNothing) {
 // Strikes for ever: neither voices nor memory grow, and rendering allocates nothing.
 TEST(StreamingRenderer, SteadyStateAllocatesNothing) {
   const auto all = bodies(true);
-  modal::StreamingRenderer renderer(2, kRate);
+  modal::StreamingRenderer renderer(2, audio_rate);
   for (const modal::RingDown& rings : all) {
     renderer.add_body(rings.eigenvalues, rings.decay_rates, rings.readout);
   }
@@ -225,9 +225,9 @@ TEST(StreamingRenderer, SteadyStateAllocatesNothing) {
 }
 
 TEST(StreamingRenderer, RefusesWhatCannotBe) {
-  EXPECT_THROW(modal::StreamingRenderer(0, kRate), core::InputError);
+  EXPECT_THROW(modal::StreamingRenderer(0, audio_rate), core::InputError);
   EXPECT_THROW(modal::StreamingRenderer(1, 0), core::InputError);
-  modal::StreamingRenderer renderer(2, kRate);
+  modal::StreamingRenderer renderer(2, audio_rate);
   const modal::RingDown mono = random_rings(4, 1, false);
   const modal::RingDown rings = random_rings(4, 1, true);
   EXPECT_THROW(renderer.add_body(mono.eigenvalues, mono.decay_rates, mono.readout),

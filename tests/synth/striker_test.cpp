@@ -20,8 +20,8 @@
 namespace carillon::synth {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-constexpr double kInfinite = std::numeric_limits<double>::infinity();
+constexpr double pi = std::numbers::pi;
+constexpr double infinite = std::numeric_limits<double>::infinity();
 
 contact::Striker steel_ball() {
   return {"ball", 0.01, 0.006, 2e11, 0.29, 1.0, ""};
@@ -71,7 +71,7 @@ double magnitude(const std::vector<double>& times, const std::vector<double>& fo
   std::complex<double> sum = 0;
   for (std::size_t n = 1; n < times.size(); ++n) {
     const auto value = [&](std::size_t i) {
-      return forces[i] * std::polar(1.0, -2 * kPi * f * times[i]);
+      return forces[i] * std::polar(1.0, -2 * pi * f * times[i]);
     };
     sum += (times[n] - times[n - 1]) * (value(n) + value(n - 1)) / 2.0;
   }
@@ -115,7 +115,7 @@ TEST(Hertz, ARestitutionTakesFromTheReboundOnly) {
 
 TEST(Hertz, ABodyHeldFastMovesTheStrikerOnly) {
   contact::StruckBody body = glass_block();
-  body.mass = kInfinite;
+  body.mass = infinite;
   EXPECT_DOUBLE_EQ(contact::hertz_contact(steel_ball(), body, 1).mass, 0.01);
 }
 
@@ -137,7 +137,7 @@ RC_GTEST_PROP(Hertz, TimeFollowsItsPowers, ()) {
   contact::Striker striker = steel_ball();
   striker.mass = power(-6, 3);
   contact::StruckBody body = glass_block();
-  body.mass = kInfinite;
+  body.mass = infinite;
   const double speed = power(-3, 2), factor = power(0, 2);
   const double before = contact::hertz_contact(striker, body, speed).duration;
   RC_ASSERT(std::abs(contact::hertz_contact(striker, body, speed * factor).duration / before *
@@ -162,7 +162,7 @@ TEST(Hertz, RefusesWhatIsNotPhysical) {
     EXPECT_THROW(contact::hertz_contact(striker, body, 1), core::InputError);
   }
   EXPECT_THROW(contact::hertz_contact(steel_ball(), body, -1), core::InputError);
-  EXPECT_THROW(contact::hertz_contact(steel_ball(), body, kInfinite), core::InputError);
+  EXPECT_THROW(contact::hertz_contact(steel_ball(), body, infinite), core::InputError);
   EXPECT_THROW(contact::hertz_contact(steel_ball(), {0, 1e9, 0.3, 0}, 1), core::InputError);
 }
 
@@ -191,8 +191,8 @@ TEST(Pulse, TheRaisedCosineDiffersFromHertzByWhatTheDocsSay) {
   const double T = course.duration;
   std::vector<double> cosine, power;
   for (const double t : course.times) {
-    cosine.push_back((1 - std::cos(2 * kPi * t / T)) / T);
-    power.push_back(std::pow(std::max(0.0, std::sin(kPi * t / T)), 1.5));
+    cosine.push_back((1 - std::cos(2 * pi * t / T)) / T);
+    power.push_back(std::pow(std::max(0.0, std::sin(pi * t / T)), 1.5));
   }
   const double area = magnitude(course.times, power, 0);
   const auto decibels = [](double ratio) { return 20 * std::log10(ratio); };
@@ -237,7 +237,7 @@ TEST(Pulse, OfHertzFollowsTheEquationOfMotion) {
 TEST(ContactForce, KnowsItsImpulseAndPeak) {
   EXPECT_EQ(modal::impulse_of({1e-3, {}}), 1);
   EXPECT_DOUBLE_EQ(modal::peak_of({1e-3, {}}), 2000);
-  EXPECT_EQ(modal::peak_of({}), kInfinite);
+  EXPECT_EQ(modal::peak_of({}), infinite);
   EXPECT_DOUBLE_EQ(modal::impulse_of({2, {1, -4, 3}}), -2);
   EXPECT_EQ(modal::peak_of({2, {1, -4, 3}}), 4);
 }
@@ -248,9 +248,9 @@ double spectrum(const modal::ContactForce& force, double f) {
   const double step = force.duration / static_cast<double>(force.samples.size() - 1);
   std::complex<double> sum = 0;
   for (std::size_t n = 0; n < force.samples.size(); ++n) {
-    sum += force.samples[n] * std::polar(step, -2 * kPi * f * step * static_cast<double>(n));
+    sum += force.samples[n] * std::polar(step, -2 * pi * f * step * static_cast<double>(n));
   }
-  const double x = kPi * f * step;
+  const double x = pi * f * step;
   const double hat = x == 0 ? 1 : std::pow(std::sin(x) / x, 2);
   return std::norm(sum) * hat * hat;
 }
@@ -279,9 +279,8 @@ TEST(NoiseBurst, ExcitesLikeAnIdealStrikeOnAverageBelowTheCutoff) {
   }
   for (std::size_t i = 0; i < mean.size(); ++i) {
     const double f = frequencies[i];
-    const double warped =
-        std::tan(kPi * f / fs) / std::tan(kPi * contact::burst_cutoff(burst) / fs);
-    const double hat = std::pow(std::sin(kPi * f / fs) / (kPi * f / fs), 4);
+    const double warped = std::tan(pi * f / fs) / std::tan(pi * contact::burst_cutoff(burst) / fs);
+    const double hat = std::pow(std::sin(pi * f / fs) / (pi * f / fs), 4);
     // Each draw's power is exponentially distributed: its mean over 1500 has 2.6 %.
     EXPECT_NEAR(mean[i] / (hat / (1 + std::pow(warped, 6))), 1, 0.13) << f;
   }
@@ -290,7 +289,7 @@ TEST(NoiseBurst, ExcitesLikeAnIdealStrikeOnAverageBelowTheCutoff) {
 TEST(NoiseBurst, LastsTwiceTheRiseAndTheFiltersRing) {
   core::RandomStream random(0, 0, "burst");
   const modal::ContactForce force = contact::noise_burst({0.5, 0.0}, 44100, random);
-  EXPECT_NEAR(force.duration, 0.012 + std::log(1e6) / (kPi * 10000), 3 / 44100.0);
+  EXPECT_NEAR(force.duration, 0.012 + std::log(1e6) / (pi * 10000), 3 / 44100.0);
   EXPECT_EQ(force.samples.front(), 0);
   EXPECT_EQ(force.samples.back(), 0);
   EXPECT_NEAR(force.duration * 44100, static_cast<double>(force.samples.size() - 1), 1e-9);

@@ -32,10 +32,10 @@ TEST(Stylus, APathIsDrawnAtItsSpeed) {
 // Slowly drawn, the face holds the press up; on a slope it pushes by the slope times that: forces
 // of statics, on both kinds of map.
 TEST(Stylus, SlowlyDrawnTheForceIsThatOfTheSlope) {
-  constexpr double kLength = 8e-3, kDepth = 2e-4, kSpeed = 0.01;
-  const render::maps::SurfaceMap relief = sine_map(kLength, kDepth, 64, 8);
+  constexpr double full_length = 8e-3, groove_depth = 2e-4, sliding_speed = 0.01;
+  const render::maps::SurfaceMap relief = sine_map(full_length, groove_depth, 64, 8);
   const std::vector<Vec3> corners = {{0.01, 0.5, 0}, {0.03, 0.5, 0}};
-  const std::vector<Vec3> path = touch::drawn_path(corners, kSpeed, 1000);
+  const std::vector<Vec3> path = touch::drawn_path(corners, sliding_speed, 1000);
   touch::Stylus stylus;
   stylus.radius = 0;
   for (const bool normal_map : {false, true}) {
@@ -99,30 +99,30 @@ TEST(Stylus, RatesDoNotChangeTheTipsWay) {
 
 // On a relief there is contact only below its depth.
 TEST(Stylus, FollowsAReliefDownAnEdgeWithinATexelAndATick) {
-  constexpr double kTexel = 5e-4, kDepth = 2e-3, kSpeed = 0.05;
-  const auto face = face_of(step_map(kTexel, kDepth));
+  constexpr double texel_size = 5e-4, groove_depth = 2e-3, sliding_speed = 0.05;
+  const auto face = face_of(step_map(texel_size, groove_depth));
   const std::vector<Vec3> corners = {{0.011, 1e-3, 0}, {0.021, 1e-3, 0}};
   const touch::Touch touch =
-      touch::draw_stylus(face, touch::drawn_path(corners, kSpeed, 1000), {}, {});
+      touch::draw_stylus(face, touch::drawn_path(corners, sliding_speed, 1000), {}, {});
   std::size_t leaves = 0, lands = 0;
   for (std::size_t k = 20; k + 1 < touch.tip.size(); ++k) {
-    if (leaves == 0 && touch.tip[k].z() < -0.05 * kDepth - 1 / 5000.0) leaves = k;
-    if (lands == 0 && touch.tip[k].z() < -0.95 * kDepth) lands = k;
+    if (leaves == 0 && touch.tip[k].z() < -0.05 * groove_depth - 1 / 5000.0) leaves = k;
+    if (lands == 0 && touch.tip[k].z() < -0.95 * groove_depth) lands = k;
   }
   // The edge is a slope between the centres of two texels beside 16 mm.
-  EXPECT_NEAR(touch.tip[leaves].x(), 0.016, 2 * kTexel);
+  EXPECT_NEAR(touch.tip[leaves].x(), 0.016, 2 * texel_size);
   EXPECT_GT(lands, leaves);
-  EXPECT_NEAR(touch.tip.back().z(), -kDepth - 1 / 5000.0, 1e-5);
+  EXPECT_NEAR(touch.tip.back().z(), -groove_depth - 1 / 5000.0, 1e-5);
 }
 
 // The same place in touch and in sound: the drawn stylus is heard at speed over wavelength.
 TEST(Stylus, IsHeardAtSpeedOverWavelength) {
-  constexpr double kLength = 2e-3, kSpeed = 0.2;
-  const auto face = face_of(sine_map(kLength, 2e-6, 32, 16));
+  constexpr double full_length = 2e-3, sliding_speed = 0.2;
+  const auto face = face_of(sine_map(full_length, 2e-6, 32, 16));
   const std::vector<Vec3> corners = {{0.01, 0.5, 0}, {0.11, 0.5, 0}};
   touch::Stylus stylus;
   const touch::Touch touch =
-      touch::draw_stylus(face, touch::drawn_path(corners, kSpeed, 1000), stylus, {});
+      touch::draw_stylus(face, touch::drawn_path(corners, sliding_speed, 1000), stylus, {});
   const motion::Motion motion = touch::motion_of(touch, face);
   ASSERT_GE(motion.contacts.size(), 1u);
   std::vector<motion::MovingBody> bodies = {touch::moving_stylus(stylus), {}};

@@ -35,15 +35,15 @@ struct HeldModes {
   }
   /// Scale of displacements [1/s]: without it the matrix has entries from 1 to lambda, and neither
   /// eigenvalues nor exponentials keep their digits.
-  static constexpr double kScale = 1e4;
-  /// Of the state (kScale q, q'), straight from the equation.
+  static constexpr double scale = 1e4;
+  /// Of the state (scale q, q'), straight from the equation.
   Eigen::MatrixXd state_matrix() const {
     const auto n = static_cast<Eigen::Index>(eigenvalues.size());
     Eigen::MatrixXd a = Eigen::MatrixXd::Zero(2 * n, 2 * n);
-    a.topRightCorner(n, n) = kScale * Eigen::MatrixXd::Identity(n, n);
+    a.topRightCorner(n, n) = scale * Eigen::MatrixXd::Identity(n, n);
     a.bottomLeftCorner(n, n) =
         -Eigen::MatrixXd(Eigen::Map<const Eigen::VectorXd>(eigenvalues.data(), n).asDiagonal()) /
-        kScale;
+        scale;
     a.bottomRightCorner(n, n) = -damping();
     return a;
   }
@@ -98,7 +98,7 @@ inline std::vector<Eigen::VectorXd> exact_states(const HeldModes& held,
     const Eigen::VectorXd pushed = (driven * std::min(t, contact_time)).exp() * rest;
     Eigen::VectorXd state = pushed.head(size);
     if (t > contact_time) state = (a * (t - contact_time)).exp() * state;
-    state.head(n) /= HeldModes::kScale;
+    state.head(n) /= HeldModes::scale;
     states.push_back(state);
   }
   return states;

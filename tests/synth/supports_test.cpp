@@ -15,8 +15,8 @@
 namespace carillon::synth {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-constexpr double kRadius = 0.1;
+constexpr double pi = std::numbers::pi;
+constexpr double fixed_radius = 0.1;
 
 Vec3 wavy(int mode, const Vec3& x) {
   return {std::sin(30 * x.x() + mode), std::cos(20 * x.y() * (mode + 1)),
@@ -25,8 +25,8 @@ Vec3 wavy(int mode, const Vec3& x) {
 
 solvers::modes::Modes wavy_modes(int count) {
   std::vector<double> eigenvalues;
-  for (int i = 0; i < count; ++i) eigenvalues.push_back(std::pow(2 * kPi * 200 * (i + 1), 2));
-  return modes_with(curved_sphere(kRadius, Vec3::Zero(), 3, 2), eigenvalues, wavy);
+  for (int i = 0; i < count; ++i) eigenvalues.push_back(std::pow(2 * pi * 200 * (i + 1), 2));
+  return modes_with(curved_sphere(fixed_radius, Vec3::Zero(), 3, 2), eigenvalues, wavy);
 }
 
 /// Box about the origin of flat first-order faces, turned.
@@ -120,11 +120,12 @@ TEST(Dashpots, NeverFeedEnergy) {
 
 TEST(Dashpots, AddNothingOnANodeLine) {
   // Shapes that vanish on the plane x = 0.
-  const auto modes = modes_with(curved_sphere(kRadius, Vec3::Zero(), 2, 2), {1e6, 2e6},
+  const auto modes = modes_with(curved_sphere(fixed_radius, Vec3::Zero(), 2, 2), {1e6, 2e6},
                                 [](int, const Vec3& x) -> Vec3 { return x.x() * x; });
   const modal::SurfaceSampler sampler(modes.surface);
-  const auto on_node = support::point_contact(modes.surface, sampler.nearest({0, 0, kRadius}));
-  const auto off_node = support::point_contact(modes.surface, sampler.nearest({kRadius, 0, 0}));
+  const auto on_node = support::point_contact(modes.surface, sampler.nearest({0, 0, fixed_radius}));
+  const auto off_node =
+      support::point_contact(modes.surface, sampler.nearest({fixed_radius, 0, 0}));
   const std::vector<double> d = {1, 2};
   EXPECT_EQ(diagonal_rates(d, support::dashpots(support::unit_dashpots(modes, on_node, 1), 1, 10)),
             d);
@@ -135,22 +136,22 @@ TEST(Dashpots, AddNothingOnANodeLine) {
 
 TEST(Dashpots, OfAFreeBodyPushItAsAWhole) {
   auto modes = wavy_modes(3);
-  append(modes.surface, curved_sphere(kRadius / 2, Vec3::Zero(), 3, 2, true));
+  append(modes.surface, curved_sphere(fixed_radius / 2, Vec3::Zero(), 3, 2, true));
   modes.mass = 2;
   const surface::RigidBody body = surface::rigid_body(modes);
   EXPECT_LT(body.centre.norm(), 1e-6);
   // A hollow ball; straight pieces of the curved faces leave some per mille of its volume out.
-  const double inertia = 0.4 * 2 * kRadius * kRadius * (1 - 1.0 / 32) / (1 - 1.0 / 8);
+  const double inertia = 0.4 * 2 * fixed_radius * fixed_radius * (1 - 1.0 / 32) / (1 - 1.0 / 8);
   for (Eigen::Index k = 0; k < 3; ++k) EXPECT_NEAR(body.inertia[k] / inertia, 1, 0.06);
   const modal::SurfaceSampler sampler(modes.surface);
-  const auto contact = support::point_contact(modes.surface, sampler.nearest({0, 0, kRadius}));
+  const auto contact = support::point_contact(modes.surface, sampler.nearest({0, 0, fixed_radius}));
   const Eigen::MatrixXd unit = support::unit_dashpots(modes, contact, 0.5, &body);
   ASSERT_EQ(unit.rows(), 9);
   // Pressed along z, rubbed along x and y: m^-1 (1, mu, mu), and r^2 / I more of mu for rotations.
   const Eigen::MatrixXd g = unit * unit.transpose();
   EXPECT_NEAR(g.block(3, 3, 3, 3).trace(), (1 + 2 * 0.5) / 2, 1e-9);
-  EXPECT_NEAR(g.block(6, 6, 3, 3).trace() * inertia, 2 * 0.5 * kRadius * kRadius,
-              0.07 * kRadius * kRadius);
+  EXPECT_NEAR(g.block(6, 6, 3, 3).trace() * inertia, 2 * 0.5 * fixed_radius * fixed_radius,
+              0.07 * fixed_radius * fixed_radius);
   modes.mass = 0;
   EXPECT_THROW(surface::rigid_body(modes), core::InputError);
 }
@@ -184,9 +185,9 @@ TEST(SupportKinds, AreFoundByName) {
 }
 
 TEST(PatchContacts, AreEvenOnACapOfASphere) {
-  const auto surface = curved_sphere(kRadius, Vec3::Zero(), 8, 3);
+  const auto surface = curved_sphere(fixed_radius, Vec3::Zero(), 8, 3);
   const modal::SurfaceSampler sampler(surface);
-  const modal::SurfacePoint pole = sampler.nearest({0.03, -0.02, kRadius});
+  const modal::SurfacePoint pole = sampler.nearest({0.03, -0.02, fixed_radius});
   const Vec3 axis = modal::frame_at(surface, pole).normal;
   const double reach = 0.04;
   const auto contacts =
@@ -200,7 +201,7 @@ TEST(PatchContacts, AreEvenOnACapOfASphere) {
   }
   EXPECT_NEAR(fractions, 1, 1e-12);
   // Area is uniform along the axis (Archimedes), which a cap leaves at 1 - reach^2 / (2 R^2).
-  const double drop = reach * reach / (2 * kRadius * kRadius);
+  const double drop = reach * reach / (2 * fixed_radius * fixed_radius);
   EXPECT_NEAR(1 - cosine, drop / 2, 0.03 * drop);
 }
 
@@ -245,7 +246,7 @@ TEST(LowestContacts, AreTheBaseTheEdgeOrTheCornerOfABox) {
     return support::centre_of(surface, contacts);
   };
   EXPECT_LT((lowest(Eigen::Matrix3d::Identity()) - Vec3(0, 0, -0.02)).norm(), 1e-12);
-  const Eigen::AngleAxisd edge(kPi / 4, Vec3::UnitX());
+  const Eigen::AngleAxisd edge(pi / 4, Vec3::UnitX());
   const double depth = (0.06 + 0.04) / 2 * std::sqrt(0.5);
   const Vec3 on_edge = lowest(edge.toRotationMatrix());
   EXPECT_NEAR(on_edge.x(), 0, 1e-12);
@@ -257,14 +258,14 @@ TEST(LowestContacts, AreTheBaseTheEdgeOrTheCornerOfABox) {
 }
 
 TEST(LowestContacts, OfASphereAreACap) {
-  const auto surface = curved_sphere(kRadius, Vec3(1, 2, 3), 8, 3);
+  const auto surface = curved_sphere(fixed_radius, Vec3(1, 2, 3), 8, 3);
   const auto contacts = support::lowest_contacts(surface, {0, -1, 0}, 1e-3);
-  EXPECT_LT((support::centre_of(surface, contacts) - Vec3(1, 2 - kRadius, 3)).norm(), 1e-3);
+  EXPECT_LT((support::centre_of(surface, contacts) - Vec3(1, 2 - fixed_radius, 3)).norm(), 1e-3);
   EXPECT_THROW(support::lowest_contacts(surface, {0, -2, 0}, 1e-3), core::InputError);
   EXPECT_THROW(support::lowest_contacts(surface, {0, -1, 0}, -1), core::InputError);
   // A height of nothing is the lowest point.
   EXPECT_LT((support::centre_of(surface, support::lowest_contacts(surface, {0, -1, 0}, 0)) -
-             Vec3(1, 2 - kRadius, 3))
+             Vec3(1, 2 - fixed_radius, 3))
                 .norm(),
             1e-12);
 }

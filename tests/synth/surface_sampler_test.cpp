@@ -12,7 +12,7 @@
 namespace carillon::synth {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+constexpr double pi = std::numbers::pi;
 
 TEST(FacePieces, TileTheFaceWithItsOrientation) {
   for (int order = 1; order <= 4; ++order) {
@@ -74,16 +74,16 @@ TEST(OuterHull, IntegratesExactlyOverCurvedFaces) {
     EXPECT_LT(sum.norm(), 1e-16);
     // Independent of the quadrature: the curved volume as Riemann sum over fine pieces.
     double fine = 0;
-    constexpr int kCuts = 24;
+    constexpr int cuts = 24;
     for (std::int32_t face = 0; face < 72; ++face) {
       const auto at = [&](int i, int j) -> Vec3 {
-        const Eigen::Vector3d b(kCuts - i - j, i, j);
-        return modal::frame_at(surface, {face, b / kCuts}).position - centre;
+        const Eigen::Vector3d b(cuts - i - j, i, j);
+        return modal::frame_at(surface, {face, b / cuts}).position - centre;
       };
-      for (int i = 0; i < kCuts; ++i) {
-        for (int j = 0; i + j < kCuts; ++j) {
+      for (int i = 0; i < cuts; ++i) {
+        for (int j = 0; i + j < cuts; ++j) {
           fine += at(i, j).dot(at(i + 1, j).cross(at(i, j + 1))) / 6;
-          if (i + j + 2 <= kCuts) {
+          if (i + j + 2 <= cuts) {
             fine += at(i + 1, j).dot(at(i + 1, j + 1).cross(at(i, j + 1))) / 6;
           }
         }
@@ -91,7 +91,7 @@ TEST(OuterHull, IntegratesExactlyOverCurvedFaces) {
     }
     EXPECT_NEAR(volume / fine, 1, order == 1 ? 1e-12 : 3e-4) << order;
     if (order >= 3) {
-      EXPECT_NEAR(volume / (4.0 / 3 * kPi * 1e-3), 1, 1e-3) << order;
+      EXPECT_NEAR(volume / (4.0 / 3 * pi * 1e-3), 1, 1e-3) << order;
     }
     EXPECT_LT((hull.centroid - centre).norm(), 1e-12);
     EXPECT_NEAR(hull.radius, 0.1, 1e-12);
@@ -101,7 +101,7 @@ TEST(OuterHull, IntegratesExactlyOverCurvedFaces) {
 TEST(SurfaceSampler, AreaTendsToTheSpheres) {
   const modal::SurfaceSampler coarse(curved_sphere(0.1, Vec3::Zero(), 4, 2));
   const modal::SurfaceSampler fine(curved_sphere(0.1, Vec3::Zero(), 8, 2));
-  const double exact = 4 * kPi * 0.01;
+  const double exact = 4 * pi * 0.01;
   EXPECT_LT(coarse.area(), exact);
   EXPECT_NEAR((exact - coarse.area()) / (exact - fine.area()), 4, 0.3);
 }
@@ -129,18 +129,18 @@ TEST(SurfaceSampler, IsUniformByArea) {
   const auto surface = curved_sphere(1, Vec3::Zero(), 3, 3);
   const modal::SurfaceSampler sampler(surface);
   core::RandomStream random(7, 0, "uniform");
-  constexpr int kBins = 10, kSamples = 20000;
-  std::array<std::array<int, kBins>, 3> counts{};
-  for (int i = 0; i < kSamples; ++i) {
+  constexpr int bins = 10, samples = 20000;
+  std::array<std::array<int, bins>, 3> counts{};
+  for (int i = 0; i < samples; ++i) {
     const Vec3 p = modal::frame_at(surface, sampler.sample(random)).position;
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
-      const int bin = std::clamp(int((p[axis] + 1) / 2 * kBins), 0, kBins - 1);
+      const int bin = std::clamp(int((p[axis] + 1) / 2 * bins), 0, bins - 1);
       ++counts[std::size_t(axis)][std::size_t(bin)];
     }
   }
   for (const auto& axis : counts) {
     double chi2 = 0;
-    for (const int count : axis) chi2 += std::pow(count - kSamples / kBins, 2) * kBins / kSamples;
+    for (const int count : axis) chi2 += std::pow(count - samples / bins, 2) * bins / samples;
     EXPECT_LT(chi2, 33.7);  // 9 degrees of freedom, 1e-4
   }
 }

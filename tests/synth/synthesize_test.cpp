@@ -14,7 +14,7 @@ namespace {
 
 using Real = long double;
 using Cplx = std::complex<long double>;
-constexpr Real kPi = std::numbers::pi_v<long double>;
+constexpr Real pi = std::numbers::pi_v<long double>;
 
 modal::RingDown one_row(std::vector<double> lambda, std::vector<double> d,
                         std::vector<double> gains, bool pressure = false) {
@@ -40,7 +40,7 @@ std::vector<Real> plain_sum(const modal::RingDown& rings, Eigen::Index row, doub
   std::vector<Real> out(count, 0);
   const bool pressure = rings.readout.acceleration.size() > 0;
   const Eigen::MatrixXd& gains = pressure ? rings.readout.acceleration : rings.readout.velocity;
-  const Real omega_force = 2 * kPi / Real(contact_time);
+  const Real omega_force = 2 * pi / Real(contact_time);
   for (std::size_t i = 0; i < rings.eigenvalues.size(); ++i) {
     const Real d = rings.decay_rates[i];
     const Real wd = std::sqrt(Real(rings.eigenvalues[i]) - d * d);
@@ -76,17 +76,20 @@ TEST(Synthesize, IsThePlainSumToFloatPrecision) {
   for (const bool pressure : {false, true}) {
     for (const double contact_time : {0.0, 3e-4, 2.3e-3}) {
       const modal::RingDown rings = random_rings(29, 5, pressure);
-      constexpr std::size_t kCount = 8000;
-      const std::vector<float> sound = modal::synthesize(rings, {contact_time}, 44100, kCount);
-      ASSERT_EQ(sound.size(), kCount * rings.readout.delays.size());
+      constexpr std::size_t sample_count = 8000;
+      const std::vector<float> sound =
+          modal::synthesize(rings, {contact_time}, 44100, sample_count);
+      ASSERT_EQ(sound.size(), sample_count * rings.readout.delays.size());
       for (std::size_t row = 0; row < rings.readout.delays.size(); ++row) {
-        const auto expected = plain_sum(rings, Eigen::Index(row), contact_time, 44100, kCount);
+        const auto expected =
+            plain_sum(rings, Eigen::Index(row), contact_time, 44100, sample_count);
         double peak = 0, worst = 0;
-        for (std::size_t n = 0; n < kCount; ++n) {
+        for (std::size_t n = 0; n < sample_count; ++n) {
           peak = std::max(peak, std::abs(double(expected[n])));
           // Rounding to float apart, the tails left out stay below -140 dB.
-          const double error = std::abs(double(sound[row * kCount + n]) - double(expected[n])) -
-                               0x1p-24 * std::abs(double(expected[n]));
+          const double error =
+              std::abs(double(sound[row * sample_count + n]) - double(expected[n])) -
+              0x1p-24 * std::abs(double(expected[n]));
           worst = std::max(worst, error);
         }
         EXPECT_LT(worst, 1e-7 * peak) << contact_time << " " << pressure << " row " << row;
@@ -102,13 +105,13 @@ TEST(Synthesize, MatchesThePlainSumTo120Decibels) {
   for (const int modes : {1, 60}) {
     for (const double contact_time : {0.0, 4e-3}) {
       const modal::RingDown rings = random_rings(modes, 17, false);
-      constexpr std::size_t kCount = 30000;
-      const auto expected = plain_sum(rings, 0, contact_time, 44100, kCount);
+      constexpr std::size_t sample_count = 30000;
+      const auto expected = plain_sum(rings, 0, contact_time, 44100, sample_count);
       double peak = 0;
       for (const Real s : expected) peak = std::max(peak, std::abs(double(s)));
-      const auto sound = modal::synthesize(rings, {contact_time}, 44100, kCount);
+      const auto sound = modal::synthesize(rings, {contact_time}, 44100, sample_count);
       double worst = 0;
-      for (std::size_t n = 0; n < kCount; ++n) {
+      for (std::size_t n = 0; n < sample_count; ++n) {
         worst = std::max(worst, std::abs(double(sound[n]) - double(expected[n])));
       }
       EXPECT_LT(worst, 1e-6 * peak) << modes << " " << contact_time;
@@ -120,33 +123,33 @@ TEST(Synthesize, MatchesThePlainSumTo120Decibels) {
 TEST(Synthesize, EndsInaudibleModes) {
   modal::RingDown rings = random_rings(40, 21, false);
   for (double& d : rings.decay_rates) d *= 20;
-  constexpr std::size_t kCount = 40000;
-  const auto exact = plain_sum(rings, 0, 1e-3, 44100, kCount);
-  const auto sound = modal::synthesize(rings, {1e-3}, 44100, kCount);
+  constexpr std::size_t sample_count = 40000;
+  const auto exact = plain_sum(rings, 0, 1e-3, 44100, sample_count);
+  const auto sound = modal::synthesize(rings, {1e-3}, 44100, sample_count);
   EXPECT_NE(exact.back(), 0);
-  EXPECT_EQ(sound[kCount - 1], 0);
+  EXPECT_EQ(sound[sample_count - 1], 0);
   double worst = 0, peak = 0;
-  for (std::size_t n = kCount / 2; n < kCount; ++n) {
+  for (std::size_t n = sample_count / 2; n < sample_count; ++n) {
     worst = std::max(worst, std::abs(double(sound[n]) - double(exact[n])));
   }
   for (const Real value : exact) peak = std::max(peak, std::abs(double(value)));
-  EXPECT_LE(worst, modal::kInaudible * peak + 1e-7 * peak);
+  EXPECT_LE(worst, modal::inaudible * peak + 1e-7 * peak);
   EXPECT_GT(worst, 0);
 }
 
 // Where the contact stops being written as partials (modes near the pulse's frequency, slow ones),
 // nothing jumps and neither side loses digits.
 TEST(Synthesize, ContactIsAccurateOnBothSidesOfTheSplit) {
-  constexpr double kContact = 5e-3;
+  constexpr double contact = 5e-3;
   for (const double angle :
        {0.00999, 0.01001, 0.5, 2 * std::numbers::pi - 0.01001, 2 * std::numbers::pi - 0.00999,
         2 * std::numbers::pi, 2 * std::numbers::pi + 0.00999, 2 * std::numbers::pi + 0.01001}) {
     for (const double d : {0.0, 0.5}) {
-      const double omega = angle / kContact;
+      const double omega = angle / contact;
       modal::RingDown rings = one_row({omega * omega + d * d}, {d}, {1});
-      const auto expected = plain_sum(rings, 0, kContact, 44100, 1000);
+      const auto expected = plain_sum(rings, 0, contact, 44100, 1000);
       double peak = 0, worst = 0;
-      const auto sound = modal::synthesize(rings, {kContact}, 44100, 1000);
+      const auto sound = modal::synthesize(rings, {contact}, 44100, 1000);
       for (std::size_t n = 0; n < 1000; ++n) {
         peak = std::max(peak, std::abs(double(expected[n])));
         worst = std::max(worst, std::abs(double(sound[n]) - double(expected[n])));
@@ -262,11 +265,11 @@ TEST(Synthesize, DecaysBySixtyDecibelsInT60) {
   // T60 of half a second: a whole number of periods, so that both windows begin at a crest.
   const double omega = 2 * std::numbers::pi * 1000, d = std::log(1000.0) / 0.5;
   EXPECT_DOUBLE_EQ(modal::t60(d), 0.5);
-  constexpr double kRate = 352800;  // fine enough to meet the peaks
-  const auto sound = modal::synthesize(one_row({omega * omega}, {d}, {1}), {0}, kRate, 220000);
+  constexpr double audio_rate = 352800;  // fine enough to meet the peaks
+  const auto sound = modal::synthesize(one_row({omega * omega}, {d}, {1}), {0}, audio_rate, 220000);
   const auto level = [&](double t) {
     double peak = 0;
-    const auto begin = std::size_t(t * kRate);
+    const auto begin = std::size_t(t * audio_rate);
     for (std::size_t n = begin; n < begin + 1764; ++n) {
       peak = std::max(peak, std::abs(double(sound[n])));
     }
@@ -277,19 +280,20 @@ TEST(Synthesize, DecaysBySixtyDecibelsInT60) {
 
 TEST(Synthesize, DelaysByFractionsOfASample) {
   modal::RingDown rings = random_rings(10, 9, false);
-  constexpr double kRate = 8000;
+  constexpr double audio_rate = 8000;
   // 10.25 samples of delay: the same values as at four times the rate, three quarters in between.
-  rings.readout.delays = {10.25 / kRate};
-  const auto delayed = modal::synthesize(rings, {1e-3}, kRate, 500);
+  rings.readout.delays = {10.25 / audio_rate};
+  const auto delayed = modal::synthesize(rings, {1e-3}, audio_rate, 500);
   rings.readout.delays = {0};
   modal::RingDown fine = rings;
-  const auto reference = modal::synthesize(fine, {1e-3}, 4 * kRate, 2000);
-  const std::size_t sounding = modal::sounding_modes(rings, kRate);
+  const auto reference = modal::synthesize(fine, {1e-3}, 4 * audio_rate, 2000);
+  const std::size_t sounding = modal::sounding_modes(rings, audio_rate);
   for (std::size_t i = fine.eigenvalues.size(); i-- > 0;) {
-    if (std::sqrt(fine.eigenvalues[i]) >= std::numbers::pi * kRate)
+    if (std::sqrt(fine.eigenvalues[i]) >= std::numbers::pi * audio_rate)
       fine.readout.velocity(0, Eigen::Index(i)) = 0;
   }
-  const auto audible = sounding < 10 ? modal::synthesize(fine, {1e-3}, 4 * kRate, 2000) : reference;
+  const auto audible =
+      sounding < 10 ? modal::synthesize(fine, {1e-3}, 4 * audio_rate, 2000) : reference;
   for (std::size_t n = 0; n < 11; ++n) EXPECT_EQ(delayed[n], 0) << n;
   for (std::size_t n = 11; n < 500; ++n) {
     ASSERT_NEAR(delayed[n], audible[4 * n - 41], 1e-6 * peak_of(audible)) << n;

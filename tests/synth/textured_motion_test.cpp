@@ -10,7 +10,7 @@
 namespace carillon::synth {
 namespace {
 
-constexpr double kGravity = 9.80665;
+constexpr double gravity = 9.80665;
 
 render::maps::SurfaceMap sloping_normals(double slope) {
   render::maps::SurfaceMap map;
@@ -56,7 +56,7 @@ TEST(TexturedMotion, NormalsOfASlopeDriveABall) {
   motion::MotionOptions options;
   options.seconds = 0.5;
   const motion::Motion motion = motion::simulate_motion(bodies, {}, options);
-  const double expected = kGravity * slope / (1 + slope * slope) / 8;
+  const double expected = gravity * slope / (1 + slope * slope) / 8;
   EXPECT_NEAR(1 - motion.states.back()[1].pose.origin.x(), expected, 0.02 * expected);
   // Equation 5.2: the push goes through the centre, so that nothing turns the ball.
   EXPECT_LT(motion.states.back()[1].spin.norm(), 1e-6);

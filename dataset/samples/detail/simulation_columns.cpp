@@ -13,7 +13,7 @@ using nlohmann::json;
 
 namespace {
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr double none = std::numeric_limits<double>::quiet_NaN();
 
 /// Who plays, in the order of the bodies' numbers.
 json describe_bodies(const configuration::BuildConfig& config, const plan::BuildPlan& plan,
@@ -83,14 +83,14 @@ void add_poses(const configuration::BuildConfig& config, const Simulation& simul
   columns.add<double>("energy", energy, {rows});
   columns.add("pose_step", motion.step * static_cast<double>(stride));
   std::vector<double> left;
-  for (const double time : motion.left) left.push_back(std::isfinite(time) ? time : kNone);
+  for (const double time : motion.left) left.push_back(std::isfinite(time) ? time : none);
   columns.add<double>("left", left, {bodies});
   double overlap = 0;
   for (const synth::motion::Overlap& pair : motion.overlaps)
     overlap = std::max(overlap, pair.depth);
   columns.add("start_overlap", overlap);
   columns.add("substeps", static_cast<std::int64_t>(motion.max_substeps));
-  columns.add("too_fast_at", motion.too_fast.value_or(kNone));
+  columns.add("too_fast_at", motion.too_fast.value_or(none));
 }
 
 /// The strongest strikes, in order of time; rows beyond are NaN, bodies -1.
@@ -105,8 +105,8 @@ void add_strikes(const configuration::BuildConfig& config, const Simulation& sim
   kept.resize(std::min(kept.size(), most));
   std::stable_sort(kept.begin(), kept.end(),
                    [](const auto* a, const auto* b) { return a->time < b->time; });
-  std::vector<double> times(most, kNone), points(3 * most, kNone), normals(3 * most, kNone),
-      impulses(3 * most, kNone), speeds(most, kNone), durations(most, kNone);
+  std::vector<double> times(most, none), points(3 * most, none), normals(3 * most, none),
+      impulses(3 * most, none), speeds(most, none), durations(most, none);
   std::vector<std::int64_t> bodies(2 * most, -1);
   for (std::size_t k = 0; k < kept.size(); ++k) {
     const synth::motion::Impact& impact = *kept[k];

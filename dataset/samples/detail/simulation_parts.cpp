@@ -7,7 +7,7 @@ namespace carillon::dataset::samples {
 namespace {
 
 /// Mortar and the ground between pebbles.
-const Vec3 kDeepColor(0.42, 0.40, 0.37);
+const Vec3 deep_color(0.42, 0.40, 0.37);
 
 /// Looks of a textured body's material: bricks are red whatever they sound like.
 std::optional<render::Appearance> look_of(const scene::motion::TextureConfig& texture) {
@@ -38,7 +38,7 @@ render::Scene picture_of(const SimulationStage& stage, const scene::motion::Moti
     if (motion.ground->texture) {
       ground.map = stage.moving.front().texture->map;
       ground.appearance = look_of(*motion.ground->texture).value_or(ground.appearance);
-      ground.deep_color = kDeepColor;
+      ground.deep_color = deep_color;
     }
     scene.ground = ground;
   }
@@ -57,7 +57,7 @@ render::Scene picture_of(const SimulationStage& stage, const scene::motion::Moti
     body.texture = stage.moving[b].texture;
     if (const auto& texture = motion.bodies[b - first].texture) {
       body.appearance = look_of(*texture).value_or(body.appearance);
-      body.deep_color = kDeepColor;
+      body.deep_color = deep_color;
     }
     scene.bodies.push_back(std::move(body));
   }

@@ -7,8 +7,8 @@ namespace carillon::eval::damping {
 
 namespace {
 
-constexpr double kSqrt2 = std::numbers::sqrt2;
-constexpr double kInvSqrtPi = std::numbers::inv_sqrtpi;
+constexpr double sqrt_2 = std::numbers::sqrt2;
+constexpr double inv_sqrt_pi = std::numbers::inv_sqrtpi;
 
 /// ln(kappa / 2) + ln of the density without its Gaussian or exponential factor, and the first two
 /// derivatives of ln erfcx.
@@ -32,7 +32,7 @@ Tail far_tail(double z, double kappa) {
     series = 1 + factor * i * series;
   }
   Tail tail;
-  tail.log = std::log(kappa * kInvSqrtPi / (2 * z) * series);
+  tail.log = std::log(kappa * inv_sqrt_pi / (2 * z) * series);
   // s = ln series: d/dz = -2 i / z d/di.
   const double s1 = first / series;
   const double s2 = second / series - s1 * s1;
@@ -51,11 +51,11 @@ Tail near_tail(double z, double kappa) {
   Tail tail;
   if (z < 0) {
     tail.log = std::log(kappa / 2 * complement);
-    tail.log_slope = 2 * kInvSqrtPi * std::exp(-square) * (1 - rest) / complement;
+    tail.log_slope = 2 * inv_sqrt_pi * std::exp(-square) * (1 - rest) / complement;
   } else {
     const double scaled = std::exp(square) * (1 + rest) * complement;
     tail.log = std::log(kappa / 2 * scaled);
-    tail.log_slope = 2 * kInvSqrtPi / scaled;
+    tail.log_slope = 2 * inv_sqrt_pi / scaled;
   }
   tail.slope = 2 * z - tail.log_slope;
   tail.bend_less = tail.log_slope * tail.slope / 2;
@@ -68,14 +68,14 @@ Tail near_tail(double z, double kappa) {
 EmgDensity emg_log_density(double x, double mu, double sigma, double kappa) {
   constexpr double far = 12;
   const double u = (x - mu) / sigma;
-  const double z = (kappa - u) / kSqrt2;
+  const double z = (kappa - u) / sqrt_2;
   const Tail tail = z >= far ? far_tail(z, kappa) : near_tail(z, kappa);
 
   // Derivatives of L = ln(sigma density) - ln(kappa / 2) with respect to u and kappa.
   const bool gaussian = z >= 0;
   const double l = gaussian ? -u * u / 2 : kappa * (kappa / 2 - u);
-  const double l_u = gaussian ? -u - tail.slope / kSqrt2 : -kappa + tail.log_slope / kSqrt2;
-  const double l_kappa = gaussian ? tail.slope / kSqrt2 : kappa - u - tail.log_slope / kSqrt2;
+  const double l_u = gaussian ? -u - tail.slope / sqrt_2 : -kappa + tail.log_slope / sqrt_2;
+  const double l_kappa = gaussian ? tail.slope / sqrt_2 : kappa - u - tail.log_slope / sqrt_2;
   const double l_uu = tail.bend_less;
   const double l_kappa_kappa = tail.bend / 2;
   const double l_u_kappa = -l_kappa_kappa;

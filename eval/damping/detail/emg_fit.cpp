@@ -21,7 +21,7 @@ VectorXd joined(const VectorXd& x, double sigma, double kappa) {
 }
 
 /// What errors in proportion are in proportion to at least, in units of the law's scale.
-constexpr double kMinSize = 1e-4;
+constexpr double min_size = 1e-4;
 
 /// By mu again where sigma and kappa are in proportion to it.
 EmgDensity following(const EmgDensity& f, double mu) {
@@ -64,9 +64,9 @@ Objective emg_objective(const ScaledLaw& law, const VectorXd& target, bool relat
     for (Index i = 0; i < points; ++i) {
       // A law that is nearly zero or negative somewhere has errors there all the same.
       const double m = curve.values[i];
-      const double size = relative ? std::max(m, kMinSize) : 1;
+      const double size = relative ? std::max(m, min_size) : 1;
       EmgDensity density = emg_log_density(target[i], m, size * sigma, size * kappa);
-      if (relative && m > kMinSize) density = following(density, m);
+      if (relative && m > min_size) density = following(density, m);
       sum.value += density.value;
       sum.sigma += density.sigma;
       sum.kappa += density.kappa;
@@ -100,7 +100,7 @@ Box emg_box(const ScaledLaw& law, double min_sigma) {
   const Index n = law.size();
   Box box{VectorXd(n + 2), VectorXd(n + 2)};
   box.low << law.box.low, std::log(min_sigma), -std::log(widest);
-  box.high << law.box.high, std::log(std::max(widest, 2 * min_sigma)), std::log(kLargestKappa);
+  box.high << law.box.high, std::log(std::max(widest, 2 * min_sigma)), std::log(largest_kappa);
   return box;
 }
 

@@ -6,7 +6,7 @@ namespace carillon::eval::damping {
 
 /// Beyond this Gaussian width in units of the exponential's the excess cannot be told from none:
 /// the skewness that it leaves is 2e-9.
-constexpr double kLargestKappa = 1e3;
+constexpr double largest_kappa = 1e3;
 
 /// Mean of minus the log-likelihood of `target` [n, in units of the law's scale], by the law's
 /// parameters followed by ln sigma and ln kappa, with exact derivatives (where the law's are).

@@ -44,10 +44,10 @@ void add_remarks(DampingFit& fit) {
   }
   const bool exponent =
       fit.model.kind == DampingKind::power || fit.model.kind == DampingKind::hybrid;
-  if (exponent && std::abs(alphas.back()) >= kLargestExponent) {
+  if (exponent && std::abs(alphas.back()) >= largest_exponent) {
     fit.remarks.push_back(fmt::format("{} is at the end of what is searched, {} to {}",
                                       synth::damping::parameter_name(alphas.size() - 1),
-                                      -kLargestExponent, kLargestExponent));
+                                      -largest_exponent, largest_exponent));
   }
   if (fit.estimator == Estimator::least_squares && fit.points == alphas.size()) {
     fit.remarks.push_back("as many points as parameters: nothing is known of their errors");

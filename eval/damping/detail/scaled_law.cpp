@@ -70,8 +70,8 @@ ScaledLaw power(const DampingData& data, bool constant, double scale,
 
   ScaledLaw law;
   law.box = {VectorXd::Zero(size), VectorXd::Constant(size, infinity)};
-  law.box.low[a + 1] = -kLargestExponent;
-  law.box.high[a + 1] = kLargestExponent;
+  law.box.low[a + 1] = -largest_exponent;
+  law.box.high[a + 1] = largest_exponent;
   if (as_logarithm) law.box.low[a] = -infinity;
   const auto powers = [=](const VectorXd& x) {
     const double factor = as_logarithm ? x[a] : 0;

@@ -13,7 +13,7 @@ namespace carillon::eval::damping {
 
 /// Of lambda in power laws and hybrids, either sign; omega's is twice as large. Published ones lie
 /// between 0 and 1.03.
-constexpr double kLargestExponent = 4;
+constexpr double largest_exponent = 4;
 
 /// c of every point with its derivatives by the parameters, in units of a law's scale.
 struct Curve {

@@ -13,7 +13,7 @@ namespace {
 using Complex = std::complex<double>;
 using ComplexMatrix = Eigen::MatrixXcd;
 
-constexpr std::size_t kWindowSteps = 8;
+constexpr std::size_t window_steps = 8;
 
 /// Four-term Blackman-Harris window (Harris 1978): side lobes at -92 dB.
 std::vector<double> blackman_harris(std::size_t count) {
@@ -55,7 +55,7 @@ Eigen::VectorXcd amplitudes(const std::vector<Complex>& z, const std::vector<Com
 }  // namespace
 
 Band take_band(std::span<const double> samples, double centre, std::size_t step, std::size_t most) {
-  const std::size_t length = kWindowSteps * step;
+  const std::size_t length = window_steps * step;
   Band band{{}, centre, step};
   if (samples.size() < length) return band;
   const std::size_t count = std::min(most, (samples.size() - length) / step + 1);

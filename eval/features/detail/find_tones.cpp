@@ -18,26 +18,26 @@ namespace {
 using Complex = std::complex<double>;
 
 /// Noise that is assumed at least, of the strongest bin's power.
-constexpr double kDynamicRange = 1e-14;
-constexpr double kGridRatio = 3;
-constexpr double kFastest = 2000;  ///< decay rate [1/s]
+constexpr double dynamic_range = 1e-14;
+constexpr double grid_ratio = 3;
+constexpr double fastest = 2000;  ///< decay rate [1/s]
 /// Over the mean of what is left around it at the same decay rate: noise that was louder at first,
 /// or tones too dense to be told apart, have peaks too.
-constexpr double kAboveClutter = 8;
+constexpr double above_clutter = 8;
 /// Of all that is left: where nothing stands out, what makes up more is no clutter, as broad and
 /// dense as the tones may be.
-constexpr double kOfAll = 0.01;
-constexpr std::size_t kMaxCandidates = 200;
+constexpr double of_all = 0.01;
+constexpr std::size_t max_candidates = 200;
 /// Of the power of the tones that are known: real modes are not quite damped sinusoids.
-constexpr double kModelError = 1e-4;
-constexpr int kMaxRounds = 10;
+constexpr double model_error = 1e-4;
+constexpr int max_rounds = 10;
 /// Fall of the noise (mean of its logarithm) that is worth another refinement.
-constexpr double kSettled = 0.003;
+constexpr double settled = 0.003;
 
 struct Candidate {
   Complex rate;
   double gain = 0;
-  double threshold = kNewTone;
+  double threshold = new_tone;
 };
 
 /// Transforms by size: making a plan takes as long as some transforms.
@@ -100,7 +100,7 @@ std::vector<Candidate> candidates(const ToneFit& fit, std::span<const double> si
   std::vector<Candidate> all;
   std::vector<double> gains;
   const double slowest = 0.5 / count;
-  for (double decay = slowest; decay < kFastest / search.sample_rate; decay *= kGridRatio) {
+  for (double decay = slowest; decay < fastest / search.sample_rate; decay *= grid_ratio) {
     const std::size_t length =
         std::min(signal.size(), static_cast<std::size_t>(std::ceil(10 / decay)));
     if (length < 32) break;
@@ -130,8 +130,8 @@ std::vector<Candidate> candidates(const ToneFit& fit, std::span<const double> si
       const auto bin = static_cast<std::size_t>(static_cast<double>(k) * bins);
       const double known = std::norm(fit.spectrum[bin] - fit.residual[bin]) / fit.noise[bin];
       const double threshold =
-          std::max({kNewTone, std::min(kAboveClutter * clutter[k], max_clutter),
-                    kModelError * (2 + count * decay) * known});
+          std::max({new_tone, std::min(above_clutter * clutter[k], max_clutter),
+                    model_error * (2 + count * decay) * known});
       if (gains[k] < threshold || gains[k] < gains[k - 1] || gains[k] <= gains[k + 1]) continue;
       const double omega =
           2 * std::numbers::pi * static_cast<double>(k) / static_cast<double>(size);
@@ -146,7 +146,7 @@ std::vector<Candidate> candidates(const ToneFit& fit, std::span<const double> si
       return in_skirt(candidate, strong, slowest);
     });
     if (!hidden) kept.push_back(candidate);
-    if (kept.size() >= kMaxCandidates) break;
+    if (kept.size() >= max_candidates) break;
   }
   return kept;
 }
@@ -164,7 +164,7 @@ bool add_tones(ToneFit& fit, std::span<const double> signal, const ToneSearch& s
     if (fit.tones.size() >= search.most) break;
     if (beside_tone(fit, candidate.rate)) continue;
     // A place on the grid shows less than the tone that is near it.
-    const double threshold = std::max(kNewTone, 0.5 * candidate.threshold);
+    const double threshold = std::max(new_tone, 0.5 * candidate.threshold);
     const ToneGain gain = gain_of(fit, {&candidate.rate, 1});
     if (gain.gain < 0.4 * threshold ||
         energy({gain.amplitudes[0], candidate.rate}, count) < least) {
@@ -204,7 +204,7 @@ std::vector<double> noise_of(const ToneFit& fit) {
   for (std::size_t k = fit.band.first; k < fit.band.last; ++k) {
     strongest = std::max(strongest, std::norm(fit.residual[k]));
   }
-  for (double& value : noise) value = std::max(value, kDynamicRange * strongest);
+  for (double& value : noise) value = std::max(value, dynamic_range * strongest);
   return noise;
 }
 
@@ -234,7 +234,7 @@ ToneFit find_tones(std::span<const double> samples, const ToneSearch& search) {
   fit.grid = std::make_shared<const ToneGrid>(count);
   fit.spectrum.assign(fft.spectrum().begin(), fft.spectrum().end());
   fit.residual = fit.spectrum;
-  fit.fastest = 1.5 * kFastest / search.sample_rate;
+  fit.fastest = 1.5 * fastest / search.sample_rate;
   const double per_hertz = static_cast<double>(count) / search.sample_rate;
   fit.band.first =
       std::max<std::size_t>(1, static_cast<std::size_t>(search.min_frequency * per_hertz));
@@ -250,11 +250,11 @@ ToneFit find_tones(std::span<const double> samples, const ToneSearch& search) {
   for (std::size_t k = 0; k < tail.size(); ++k) {
     fit.noise[k] = std::max(std::min(fit.noise[k], tail[k]), 1e-3 * fit.noise[k]);
   }
-  for (int round = 0; round < kMaxRounds && fit.tones.size() < search.most; ++round) {
+  for (int round = 0; round < max_rounds && fit.tones.size() < search.most; ++round) {
     const std::vector<double> signal = signal_of(fit, transforms);
     const std::size_t known = fit.tones.size();
     bool any = add_tones(fit, signal, search, std::numeric_limits<double>::infinity(), transforms);
-    if (!any) any = add_tones(fit, signal, search, kOfAll * chi_squared(fit), transforms);
+    if (!any) any = add_tones(fit, signal, search, of_all * chi_squared(fit), transforms);
     refine_all(fit, 5, Fineness::few_bins, round < 2 ? 0 : known);
     fit.noise = noise_of(fit);
     prune(fit);
@@ -272,7 +272,7 @@ ToneFit find_tones(std::span<const double> samples, const ToneSearch& search) {
     pruned = prune(fit);
     const double before = mean_log(fit.noise, fit.band);
     fit.noise = noise_of(fit);
-    if (!pruned && before - mean_log(fit.noise, fit.band) < kSettled) break;
+    if (!pruned && before - mean_log(fit.noise, fit.band) < settled) break;
   }
   // What was taken out last has left neighbours that stood in for it.
   if (pruned) refine_all(fit, 4, Fineness::all_bins);

@@ -10,8 +10,8 @@ namespace carillon::eval::features {
 
 namespace {
 
-constexpr double kOctaveFraction = 1.0 / 6;
-constexpr std::size_t kMinBins = 48;
+constexpr double octave_fraction = 1.0 / 6;
+constexpr std::size_t min_bins = 48;
 
 /// Medians of power over neighbouring bins: where, and the mean of the noise that has this median.
 struct Floor {
@@ -22,11 +22,11 @@ struct Floor {
 Floor floor_of(std::span<const double> power, BinRange band) {
   Floor floor;
   std::vector<double> part;
-  const double growth = std::exp2(kOctaveFraction);
+  const double growth = std::exp2(octave_fraction);
   for (std::size_t first = band.first; first < band.last;) {
     std::size_t last =
-        std::max(first + kMinBins, static_cast<std::size_t>(static_cast<double>(first) * growth));
-    if (last + kMinBins > band.last) last = band.last;
+        std::max(first + min_bins, static_cast<std::size_t>(static_cast<double>(first) * growth));
+    if (last + min_bins > band.last) last = band.last;
     part.assign(power.begin() + static_cast<std::ptrdiff_t>(first),
                 power.begin() + static_cast<std::ptrdiff_t>(last));
     const auto middle = part.begin() + static_cast<std::ptrdiff_t>(part.size() / 2);

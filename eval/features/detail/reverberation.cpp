@@ -8,9 +8,9 @@ namespace carillon::eval::features {
 
 namespace {
 
-constexpr double kFirstOctave = 125;
+constexpr double first_octave = 125;
 /// ln of power ratios: by what a mode stands out of the room, and above the noise when it does.
-const double kAboveRoom = 2.5 * std::numbers::ln10, kAboveNoise = std::numbers::ln10;
+const double above_room = 2.5 * std::numbers::ln10, above_noise = std::numbers::ln10;
 
 /// ln of a feature's power at a time after the onset.
 double log_power(const Feature& feature, double time) {
@@ -28,15 +28,15 @@ bool stands_out(const Feature& feature, std::span<const Feature> all, const Late
     around += std::exp(log_power(other, late.begin) - log_power(feature, late.begin));
   }
   // Time until it is that near to the noise, or the end.
-  const double heard = std::min(late.length, (feature.snr / 10 * std::numbers::ln10 - kAboveNoise) /
+  const double heard = std::min(late.length, (feature.snr / 10 * std::numbers::ln10 - above_noise) /
                                                  (2 * feature.decay_rate));
-  return 2 * (room_rate - feature.decay_rate) * heard - std::log(around) > kAboveRoom;
+  return 2 * (room_rate - feature.decay_rate) * heard - std::log(around) > above_room;
 }
 
 }  // namespace
 
 double room_decay_rate(std::span<const double> rt60, double frequency) {
-  const double octave = std::round(std::log2(frequency / kFirstOctave));
+  const double octave = std::round(std::log2(frequency / first_octave));
   const double last = static_cast<double>(rt60.size() - 1);
   return std::log(1000.0) / rt60[static_cast<std::size_t>(std::clamp(octave, 0.0, last))];
 }
@@ -48,7 +48,7 @@ void mark_faster(std::span<const double> rt60, std::vector<Feature>& features) {
 }
 
 double time_to_stand_out(double room_rate) {
-  return kAboveRoom / (2 * room_rate);
+  return above_room / (2 * room_rate);
 }
 
 std::vector<Feature> outlasting(std::span<const Feature> features, const Late& late,

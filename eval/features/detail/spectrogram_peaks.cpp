@@ -16,11 +16,11 @@ namespace {
 
 using Complex = std::complex<double>;
 
-constexpr std::size_t kShortest = 256, kLongest = 8192;
-constexpr double kExplained = 0.9999;
-constexpr double kPeakAboveNoise = 10;  ///< power ratio, 10 dB
+constexpr std::size_t shortest = 256, longest = 8192;
+constexpr double explained_fraction = 0.9999;
+constexpr double peak_above_noise = 10;  ///< power ratio, 10 dB
 /// Bins on either side of a peak in which it is fitted, and from which it is taken.
-constexpr int kFitted = 2, kTaken = 8;
+constexpr int fitted = 2, taken_count = 8;
 
 /// Power spectrogram of one window length: frames x bins, by hops of a quarter of the window.
 struct Level {
@@ -91,7 +91,7 @@ struct Peak {
 Eigen::Index heard_frames(const Level& level, Eigen::Index frame, Eigen::Index bin) {
   Eigen::Index last = frame;
   while (last + 1 < level.power.rows() &&
-         level.power(last + 1, bin) > kPeakAboveNoise * level.noise) {
+         level.power(last + 1, bin) > peak_above_noise * level.noise) {
     ++last;
   }
   return last - frame + 1;
@@ -128,8 +128,8 @@ Mode first_guess(const Level& level, const Peak& peak, Eigen::Index frames) {
 
 /// Least squares on the power around a peak.
 Mode fit_mode(const Level& level, const Peak& peak, Eigen::Index frames, Mode mode) {
-  const Eigen::Index first = std::max<Eigen::Index>(0, peak.bin - kFitted);
-  const Eigen::Index last = std::min(level.power.cols() - 1, peak.bin + kFitted);
+  const Eigen::Index first = std::max<Eigen::Index>(0, peak.bin - fitted);
+  const Eigen::Index last = std::min(level.power.cols() - 1, peak.bin + fitted);
   const Eigen::Index width = last - first + 1;
   const double scale = level.power(peak.frame, peak.bin);
   const auto misfit = [&](const Mode& candidate) {
@@ -182,8 +182,8 @@ double take_out(Level& level, const Mode& mode) {
   const auto centre = static_cast<Eigen::Index>(
       std::llround(mode.omega * static_cast<double>(level.length) / (2 * std::numbers::pi)));
   double taken = 0;
-  for (Eigen::Index k = std::max<Eigen::Index>(0, centre - kTaken);
-       k <= std::min(level.power.cols() - 1, centre + kTaken); ++k) {
+  for (Eigen::Index k = std::max<Eigen::Index>(0, centre - taken_count);
+       k <= std::min(level.power.cols() - 1, centre + taken_count); ++k) {
     for (Eigen::Index m = 0; m < level.power.rows(); ++m) {
       const double part =
           std::min(level.power(m, k),
@@ -220,7 +220,7 @@ void by_peaks(std::span<const double> samples, double sample_rate, double after_
               const FeatureOptions& options, FeatureSet& set) {
   set.residual.assign(samples.begin(), samples.end());
   std::vector<Level> levels;
-  for (std::size_t length = kShortest; length <= kLongest && 2 * length <= samples.size();
+  for (std::size_t length = shortest; length <= longest && 2 * length <= samples.size();
        length *= 2) {
     levels.push_back(make_level(samples, length));
   }
@@ -231,8 +231,8 @@ void by_peaks(std::span<const double> samples, double sample_rate, double after_
   double explained = 0;
   for (std::size_t round = 0; round < 4 * options.max_features; ++round) {
     const Peak peak = highest(levels, sample_rate, options);
-    if (peak.prominence < kPeakAboveNoise || set.features.size() >= options.max_features ||
-        explained > kExplained * all) {
+    if (peak.prominence < peak_above_noise || set.features.size() >= options.max_features ||
+        explained > explained_fraction * all) {
       break;
     }
     Level& level = levels[peak.level];

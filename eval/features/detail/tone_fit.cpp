@@ -17,11 +17,11 @@ using Matrix = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
 
 /// Bins on either side in which a tone that does not decay is fitted.
-constexpr double kNarrow = 12;
+constexpr double narrow = 12;
 /// And half widths of its line beyond: the rest holds 4 % of the information on its decay.
-constexpr double kHalfWidths = 5;
+constexpr double half_widths = 5;
 /// Ratio of widths of lines that are refined together.
-constexpr double kAlike = 4;
+constexpr double alike_limit = 4;
 
 double bins_per_radian(const ToneFit& fit) {
   return static_cast<double>(fit.grid->count()) / (2 * std::numbers::pi);
@@ -54,15 +54,15 @@ bool plausible(const ToneFit& fit, const Tone& tone) {
   const double n = static_cast<double>(fit.grid->count());
   const double bin = tone.rate.imag() * bins_per_radian(fit);
   return tone.rate.real() < 3 / n && -tone.rate.real() < fit.fastest &&
-         bin > static_cast<double>(fit.band.first) - kNarrow &&
-         bin < static_cast<double>(fit.band.last) + kNarrow && bin > 0;
+         bin > static_cast<double>(fit.band.first) - narrow &&
+         bin < static_cast<double>(fit.band.last) + narrow && bin > 0;
 }
 
 }  // namespace
 
 BinRange reach_of(const ToneFit& fit, Complex rate) {
   const double centre = rate.imag() * bins_per_radian(fit);
-  const double half = kNarrow + kHalfWidths * std::abs(rate.real()) * bins_per_radian(fit);
+  const double half = narrow + half_widths * std::abs(rate.real()) * bins_per_radian(fit);
   const auto first = static_cast<double>(fit.band.first);
   const auto last = static_cast<double>(fit.band.last);
   return {static_cast<std::size_t>(std::clamp(centre - half, first, last - 1)),
@@ -288,7 +288,7 @@ void refine_all(ToneFit& fit, int max_rounds, Fineness fineness, std::size_t fro
   constexpr int max_steps = 12;
   std::vector<bool> moving(fit.tones.size(), false);
   for (std::size_t k = from; k < fit.tones.size(); ++k) {
-    for (const std::size_t near : neighbours(fit, fit.tones[k].rate, max_together, kAlike)) {
+    for (const std::size_t near : neighbours(fit, fit.tones[k].rate, max_together, alike_limit)) {
       moving[near] = true;
     }
   }
@@ -298,7 +298,7 @@ void refine_all(ToneFit& fit, int max_rounds, Fineness fineness, std::size_t fro
     std::vector<bool> next(fit.tones.size(), false);
     for (std::size_t k = 0; k < fit.tones.size(); ++k) {
       if (!moving[k]) continue;
-      const auto block = neighbours(fit, fit.tones[k].rate, max_together, kAlike);
+      const auto block = neighbours(fit, fit.tones[k].rate, max_together, alike_limit);
       std::vector<Tone> tones;
       for (const std::size_t other : block) tones.push_back(fit.tones[other]);
       const Proposal proposal = propose(fit, block, tones, max_steps, fineness);

@@ -15,23 +15,23 @@ namespace {
 
 using Complex = std::complex<double>;
 
-constexpr double kSecondOfPair = 24, kPartedAnew = 6;
+constexpr double second_of_pair = 24, parted_anew = 6;
 /// Standard errors by which the rates of two tones differ.
-constexpr double kMinSeparation = 2;
+constexpr double min_separation = 2;
 /// Of a neighbour's energy, in its line and beside it: what is weaker describes how that one fails
 /// to be a damped sinusoid.
-constexpr double kMinFraction = 1e-2, kMinFractionBeside = 1e-3;
+constexpr double min_fraction = 1e-2, min_fraction_beside = 1e-3;
 /// Of a pair's chi squared, which a third tone in the same line must explain.
-constexpr double kThirdFraction = 1e-4;
+constexpr double third_fraction = 1e-4;
 /// Of what a tone leaves more than usual around it: a pair that explains so much is taken before it
 /// is known whether it can be told apart, as the noise that this is judged by holds what it left.
-constexpr double kMaxOfMisfit = 0.5, kConvincing = 4;
+constexpr double max_of_misfit = 0.5, convincing_ratio = 4;
 /// Periods that a mode needs to be one.
-constexpr double kMinQuality = 2;
-constexpr std::size_t kTogether = 5;
-constexpr int kMaxSteps = 20;
+constexpr double min_quality = 2;
+constexpr std::size_t together = 5;
+constexpr int max_steps = 20;
 /// Values of a band, steps of its window (as take_band has it), and sinusoids in it at most.
-constexpr std::size_t kBandValues = 48, kBandWindow = 8, kMaxOrders = 12;
+constexpr std::size_t band_values = 48, band_window = 8, max_orders = 12;
 
 /// Bins for one radian per sample.
 double scale_of(const ToneFit& fit) {
@@ -44,7 +44,7 @@ bool is_mode_like(const ToneFit& fit, const Tone& tone) {
   const double bin = tone.rate.imag() * scale_of(fit);
   return tone.rate.real() < growth && bin >= static_cast<double>(fit.band.first) &&
          bin <= static_cast<double>(fit.band.last) && -tone.rate.real() < 0.66 * fit.fastest &&
-         -tone.rate.real() * kMinQuality < tone.rate.imag();
+         -tone.rate.real() * min_quality < tone.rate.imag();
 }
 
 /// @param convincing  gain at which tones need not be told apart for now
@@ -56,11 +56,11 @@ bool acceptable(const ToneFit& fit, const Proposal& proposal, double threshold,
   for (std::size_t t = 0; t < proposal.tones.size(); ++t) {
     const Tone& tone = proposal.tones[t];
     if (!is_mode_like(fit, tone)) return false;
-    if (proposal.separation[t] < kMinSeparation && proposal.gain < convincing) return false;
+    if (proposal.separation[t] < min_separation && proposal.gain < convincing) return false;
     for (const Tone& other : proposal.tones) {
       const double apart = std::abs(other.rate.imag() - tone.rate.imag());
       const double line = bin + std::abs(other.rate.real()) + std::abs(tone.rate.real());
-      const double least = apart < line ? kMinFraction : kMinFractionBeside;
+      const double least = apart < line ? min_fraction : min_fraction_beside;
       if (energy(tone, count) < least * energy(other, count)) return false;
     }
   }
@@ -93,7 +93,7 @@ Misfit misfit_of(const ToneFit& fit, const Complex rate) {
 /// Samples that a band around a tone is made of: six times its decay, or all there are.
 std::size_t band_samples(Complex rate, std::size_t count) {
   const double span = std::min(static_cast<double>(count), -6 / std::min(rate.real(), -1e-12));
-  constexpr std::size_t parts = kBandValues + kBandWindow;
+  constexpr std::size_t parts = band_values + band_window;
   const auto step = std::max<std::size_t>(2, static_cast<std::size_t>(span) / parts);
   return std::min(count, step * parts);
 }
@@ -138,11 +138,11 @@ double loss_of(const ToneFit& fit, std::size_t tone) {
 /// What a tone has explained that is gone its neighbours explain as far as they can: left to be
 /// refined later, it would count as noise until then.
 void refine_near(ToneFit& fit, Complex rate) {
-  const auto near = neighbours(fit, rate, kTogether - 1);
+  const auto near = neighbours(fit, rate, together - 1);
   if (near.empty()) return;
   std::vector<Tone> tones;
   for (const std::size_t k : near) tones.push_back(fit.tones[k]);
-  const Proposal proposal = propose(fit, near, tones, kMaxSteps, Fineness::all_bins);
+  const Proposal proposal = propose(fit, near, tones, max_steps, Fineness::all_bins);
   if (proposal.gain > 0) commit(fit, proposal);
 }
 
@@ -162,26 +162,26 @@ bool beside_tone(const ToneFit& fit, Complex rate) {
 
 std::vector<Complex> rates_around(const ToneFit& fit, std::span<const double> signal,
                                   Complex rate) {
-  const std::size_t step = band_samples(rate, signal.size()) / (kBandValues + kBandWindow);
+  const std::size_t step = band_samples(rate, signal.size()) / (band_values + band_window);
   if (step == 0) return {};
-  const Band band = take_band(signal, rate.imag(), step, kBandValues);
+  const Band band = take_band(signal, rate.imag(), step, band_values);
   const auto bin = static_cast<std::size_t>(rate.imag() * scale_of(fit));
   const double power =
       fit.noise[std::min(fit.noise.size() - 1, bin)] / static_cast<double>(fit.grid->count());
   // Mean square of the window: 0.258 of its length.
-  const double noise = std::sqrt(power * 0.258 * static_cast<double>(kBandWindow * step));
-  return esprit_rates(band, noise, kMaxOrders);
+  const double noise = std::sqrt(power * 0.258 * static_cast<double>(band_window * step));
+  return esprit_rates(band, noise, max_orders);
 }
 
 bool try_tone(ToneFit& fit, Complex rate, double threshold) {
   const ToneGain gain = gain_of(fit, {&rate, 1});
   // A start that is a little off shows less than the tone has.
   if (gain.gain < 0.4 * threshold) return false;
-  const auto block = neighbours(fit, rate, kTogether - 1);
+  const auto block = neighbours(fit, rate, together - 1);
   std::vector<Tone> tones;
   for (const std::size_t k : block) tones.push_back(fit.tones[k]);
   tones.push_back({gain.amplitudes[0], rate});
-  const Proposal proposal = propose(fit, block, tones, kMaxSteps, Fineness::few_bins);
+  const Proposal proposal = propose(fit, block, tones, max_steps, Fineness::few_bins);
   if (!acceptable(fit, proposal, threshold)) return false;
   commit(fit, proposal);
   return true;
@@ -196,7 +196,7 @@ bool misfits(ToneFit& fit, std::size_t tone) {
 
 bool try_pair(ToneFit& fit, std::size_t index, std::span<const double> residual) {
   const Tone tone = fit.tones[index];
-  const auto near = neighbours(fit, tone.rate, kTogether - 1);
+  const auto near = neighbours(fit, tone.rate, together - 1);
   const std::size_t heard = band_samples(tone.rate, residual.size());
   std::vector<double> signal(residual.begin(),
                              residual.begin() + static_cast<std::ptrdiff_t>(heard));
@@ -216,27 +216,27 @@ bool try_pair(ToneFit& fit, std::size_t index, std::span<const double> residual)
     for (std::size_t other = 2; other < replaced.size(); ++other) {
       tones.push_back(fit.tones[replaced[other]]);
     }
-    const Proposal proposal = propose(fit, replaced, tones, kMaxSteps, Fineness::all_bins);
-    if (!acceptable(fit, proposal, kPartedAnew)) continue;
+    const Proposal proposal = propose(fit, replaced, tones, max_steps, Fineness::all_bins);
+    if (!acceptable(fit, proposal, parted_anew)) continue;
     commit(fit, proposal);
     return true;
   }
   // Two are a pair; a third is believed less easily.
-  double threshold = kSecondOfPair;
+  double threshold = second_of_pair;
   for (const std::size_t k : replaced) {
     if (k == index || !in_line(fit, fit.tones[k], tone.rate)) continue;
-    threshold = std::max(threshold, kThirdFraction * (loss_of(fit, index) + loss_of(fit, k)));
+    threshold = std::max(threshold, third_fraction * (loss_of(fit, index) + loss_of(fit, k)));
   }
   const Misfit misfit = misfit_of(fit, tone.rate);
   const double convincing =
-      std::max(kMaxOfMisfit * (misfit.own - misfit.usual), kConvincing * threshold);
+      std::max(max_of_misfit * (misfit.own - misfit.usual), convincing_ratio * threshold);
   std::optional<Proposal> best;
   for (const auto& rates : pairs) {
     const ToneGain both = gain_of(fit, rates, {&index, 1});
     std::vector<Tone> tones = {{both.amplitudes[0], rates[0]}};
     for (std::size_t k = 1; k < replaced.size(); ++k) tones.push_back(fit.tones[replaced[k]]);
     tones.push_back({both.amplitudes[1], rates[1]});
-    Proposal proposal = propose(fit, replaced, tones, kMaxSteps, Fineness::all_bins);
+    Proposal proposal = propose(fit, replaced, tones, max_steps, Fineness::all_bins);
     if (!acceptable(fit, proposal, best ? best->gain : threshold, convincing)) continue;
     best = std::move(proposal);
   }
@@ -256,8 +256,8 @@ bool prune(ToneFit& fit) {
     // What still grows and is no pair either is no mode.
     const bool grows = fit.tones[k].rate.real() * static_cast<double>(fit.grid->count()) > 0.5 &&
                        fit.tones[k].tried > 0;
-    const bool fine = !grows && is_mode_like(fit, fit.tones[k]) && loss_of(fit, k) > kNewTone &&
-                      errors_of(fit, k).separation > kMinSeparation;
+    const bool fine = !grows && is_mode_like(fit, fit.tones[k]) && loss_of(fit, k) > new_tone &&
+                      errors_of(fit, k).separation > min_separation;
     if (fine) continue;
     const Complex rate = fit.tones[k].rate;
     remove_tone(fit, k);

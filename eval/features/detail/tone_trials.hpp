@@ -9,7 +9,7 @@ namespace carillon::eval::features {
 
 /// By how much chi squared falls for a tone that noise alone does not make: in one clip of a
 /// hundred it does, at some 1e5 places times a dozen decay rates.
-inline constexpr double kNewTone = 40;
+inline constexpr double new_tone = 40;
 
 /// Whether a rate is within the line of a tone: what is left there is that tone's own misfit, or it
 /// is two.

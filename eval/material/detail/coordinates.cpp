@@ -10,13 +10,13 @@ namespace {
 using synth::damping::DampingKind;
 
 /// Parameters that must not be negative, but may be nothing, over what would be usual.
-constexpr double kNothing = 1e-6;
+constexpr double nothing = 1e-6;
 /// No contact is shorter or longer [s].
-constexpr double kShortest = 1e-6;
-constexpr double kLongest = 0.02;
+constexpr double shortest = 1e-6;
+constexpr double longest = 0.02;
 
 double log_of(double value, double usual) {
-  return std::log(std::max(value / usual, kNothing));
+  return std::log(std::max(value / usual, nothing));
 }
 
 std::vector<double> damping_coordinates(const Coordinates& c, const std::vector<double>& alpha) {
@@ -113,7 +113,7 @@ Candidate from_coordinates(const Coordinates& coordinates, std::span<const doubl
   candidate.specific_modulus = std::exp(x[0]);
   candidate.scale = std::exp(x[1]);
   candidate.contact_time = coordinates.contact_sought
-                               ? std::clamp(std::exp(x[2]), kShortest, kLongest)
+                               ? std::clamp(std::exp(x[2]), shortest, longest)
                                : coordinates.contact_time;
   candidate.damping = {coordinates.law.kind,
                        damping_parameters(coordinates, x.subspan(first_damping(coordinates))),

@@ -13,11 +13,11 @@ namespace carillon::eval::material {
 namespace {
 
 /// The metric's rise that bounds the ranges.
-constexpr double kRise = 1.1;
+constexpr double rise = 1.1;
 /// Above all that hybrid_metric() gives.
-constexpr double kWorst = 1e9;
+constexpr double worst = 1e9;
 /// Minima within this factor of the best compete with it.
-constexpr double kRival = 1.5;
+constexpr double rival = 1.5;
 
 void match(MaterialEstimate& estimate, std::span<const features::Feature> features,
            const Objective& objective) {
@@ -87,7 +87,7 @@ void find_ranges(MaterialEstimate& estimate, const Objective& objective) {
   const Coordinates& coordinates = objective.coordinates;
   const std::vector<double> x = to_coordinates(coordinates, estimate.candidate);
   const std::vector<double> steps = first_steps(coordinates);
-  const double limit = kRise * objective.metric(x);
+  const double limit = rise * objective.metric(x);
   const std::size_t first = first_damping(coordinates);
   for (std::size_t k = first; k < x.size(); ++k) {
     core::Range interval;
@@ -124,7 +124,7 @@ void remark(MaterialEstimate& estimate, std::span<const features::Feature> featu
     const double apart =
         std::abs(std::log(second.candidate.specific_modulus / estimate.candidate.specific_modulus));
     // Minima within the error are one finding.
-    if (second.value.metric < kRival * estimate.value.metric &&
+    if (second.value.metric < rival * estimate.value.metric &&
         !(apart < 3 * estimate.modulus_error)) {
       remarks.push_back(fmt::format(
           "ambiguous: a specific modulus of {:.4g} m^2/s^2 fits nearly as well (metric {:.3g} "
@@ -167,16 +167,16 @@ MetricValue Objective::value_of(const Candidate& candidate) const {
 
 double Objective::metric(std::span<const double> x) const {
   for (const double value : x) {
-    if (!std::isfinite(value)) return kWorst;
+    if (!std::isfinite(value)) return worst;
   }
   const Candidate candidate = from_coordinates(coordinates, x);
   if (!(candidate.specific_modulus >= limits.min_modulus &&
         candidate.specific_modulus <= limits.max_modulus) ||
       synth::damping::damping_fault(candidate.damping)) {
-    return kWorst;
+    return worst;
   }
   const double value = value_of(candidate).metric;
-  return std::isfinite(value) ? std::min(value, kWorst) : kWorst;
+  return std::isfinite(value) ? std::min(value, worst) : worst;
 }
 
 void judge(MaterialEstimate& estimate, std::span<const features::Feature> features,

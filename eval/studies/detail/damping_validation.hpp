@@ -44,8 +44,7 @@ struct DampingValidation {
 };
 
 /// @throws ConfigError  also where the datasets' materials have no such damping, or objects have
-/// too
-///                      few sounds
+///                      too few sounds
 DampingValidation read_damping_config(core::ConfigNode& node, const EvaluatedDatasets& datasets);
 
 }  // namespace carillon::eval::studies

@@ -129,9 +129,10 @@ RigidSplit split_rigid(const mesh::TetMesh& mesh, const assembly::System& system
   const double lacking = static_cast<double>(wanted) - contained;
   if (recognised == wanted && lacking > 1e-6 * static_cast<double>(wanted)) {
     throw core::SolverError(
-        fmt::format("the rigid motions of the object come out mixed with vibrations: {:.1e} of their "
-                    "energy is missing",
-                    lacking / static_cast<double>(wanted)),
+        fmt::format(
+            "the rigid motions of the object come out mixed with vibrations: {:.1e} of their "
+            "energy is missing",
+            lacking / static_cast<double>(wanted)),
         "the mesh may have elements that are nearly flat, or parts of almost no mass or stiffness");
   }
   if (recognised != wanted) {

@@ -17,26 +17,26 @@ namespace carillon::solvers::mesh::readers {
 namespace {
 
 /// Sizes that objects are allowed to have, and those that household objects usually have [m].
-constexpr double kSmallest = 1e-3;
-constexpr double kLargest = 10;
-constexpr double kUsualSmallest = 0.01;
-constexpr double kUsualLargest = 2;
+constexpr double smallest = 1e-3;
+constexpr double largest = 10;
+constexpr double usual_smallest = 0.01;
+constexpr double usual_largest = 2;
 
 struct Unit {
   const char* name;
   double metres;
 };
-constexpr Unit kUnits[] = {{"millimetres", 1e-3},
-                           {"centimetres", 1e-2},
-                           {"inches", 0.0254},
-                           {"micrometres", 1e-6},
-                           {"kilometres", 1e3}};
+constexpr Unit units[] = {{"millimetres", 1e-3},
+                          {"centimetres", 1e-2},
+                          {"inches", 0.0254},
+                          {"micrometres", 1e-6},
+                          {"kilometres", 1e3}};
 
 /// The first unit that makes the object a usual size, else an allowed one, else null.
 const Unit* likely_unit(double longest) {
   for (const auto& [low, high] :
-       {std::pair(kUsualSmallest, kUsualLargest), std::pair(kSmallest, kLargest)}) {
-    for (const Unit& unit : kUnits) {
+       {std::pair(usual_smallest, usual_largest), std::pair(smallest, largest)}) {
+    for (const Unit& unit : units) {
       if (longest * unit.metres >= low && longest * unit.metres <= high) return &unit;
     }
   }
@@ -85,7 +85,7 @@ double scale_to_metres(const Box& box, const MeshFile& file) {
     throw core::InputError(fmt::format("{}: all vertices lie at one point", file.path));
   }
   const double length = file.length > 0 ? file.length : longest;
-  if (!file.any_size && (length < kSmallest || length > kLargest)) {
+  if (!file.any_size && (length < smallest || length > largest)) {
     std::string hint = "any_size: true lets it pass";
     const Unit* unit = file.length > 0 ? nullptr : likely_unit(longest);
     if (unit != nullptr) {

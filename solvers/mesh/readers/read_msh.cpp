@@ -19,7 +19,7 @@ namespace carillon::solvers::mesh::readers {
 namespace {
 
 /// Coordinates whose products of six are still numbers.
-constexpr double kFarthest = 1e50;
+constexpr double farthest = 1e50;
 
 /// Position in Gmsh's element of each node of ours.
 std::vector<std::size_t> gmsh_positions(const std::vector<std::array<int, 4>>& lattice, int order) {
@@ -135,7 +135,7 @@ TetMesh read_msh(const std::string& path) {
                            "save the volume mesh, or give the surface as .stl, .obj, .off or .ply");
   }
   for (const Vec3& node : file.nodes) {
-    if (!(node.cwiseAbs().maxCoeff() < kFarthest)) {
+    if (!(node.cwiseAbs().maxCoeff() < farthest)) {
       throw core::InputError(fmt::format("{}: the coordinates are too large to measure", path));
     }
   }

@@ -37,14 +37,14 @@ struct Header {
 };
 
 Type parse_type(const TextScanner& scanner, std::string_view word) {
-  static constexpr std::pair<std::string_view, Type> kNames[] = {
+  static constexpr std::pair<std::string_view, Type> names[] = {
       {"char", Type::int8},      {"int8", Type::int8},       {"uchar", Type::uint8},
       {"uint8", Type::uint8},    {"short", Type::int16},     {"int16", Type::int16},
       {"ushort", Type::uint16},  {"uint16", Type::uint16},   {"int", Type::int32},
       {"int32", Type::int32},    {"uint", Type::uint32},     {"uint32", Type::uint32},
       {"float", Type::float32},  {"float32", Type::float32}, {"double", Type::float64},
       {"float64", Type::float64}};
-  for (const auto& [name, type] : kNames) {
+  for (const auto& [name, type] : names) {
     if (word == name) return type;
   }
   scanner.fail(

@@ -13,8 +13,8 @@
 namespace carillon::solvers::mesh::readers {
 namespace {
 
-constexpr std::size_t kHeaderBytes = 84;  // 80 of text and the number of triangles
-constexpr std::size_t kFacetBytes = 50;   // normal, three corners, two bytes of attributes
+constexpr std::size_t header_bytes = 84;  // 80 of text and the number of triangles
+constexpr std::size_t facet_bytes = 50;   // normal, three corners, two bytes of attributes
 
 /// The format shares no vertices: each corner has its own.
 void add_corner(PolygonMesh& mesh, double x, double y, double z) {
@@ -23,13 +23,13 @@ void add_corner(PolygonMesh& mesh, double x, double y, double z) {
 }
 
 PolygonMesh read_binary(const std::string& path, std::string_view bytes, std::uint32_t count) {
-  if ((bytes.size() - kHeaderBytes) / kFacetBytes < count) {
+  if ((bytes.size() - header_bytes) / facet_bytes < count) {
     throw core::InputError(
         fmt::format("{}: the header promises {} triangles, but the file ends after {}", path, count,
-                    (bytes.size() - kHeaderBytes) / kFacetBytes));
+                    (bytes.size() - header_bytes) / facet_bytes));
   }
   PolygonMesh mesh;
-  ByteReader reader(path, bytes, kHeaderBytes, std::endian::native == std::endian::big);
+  ByteReader reader(path, bytes, header_bytes, std::endian::native == std::endian::big);
   for (std::uint32_t i = 0; i < count; ++i) {
     std::array<float, 12> values;
     for (float& value : values) value = reader.read<float>();
@@ -92,10 +92,10 @@ PolygonMesh read_ascii(const std::string& path, std::string_view bytes) {
 PolygonMesh read_stl(const std::string& path, std::string_view bytes) {
   // Binary files may begin with "solid" too; what tells is whether the size fits the count.
   std::uint32_t count = 0;
-  if (bytes.size() >= kHeaderBytes) {
+  if (bytes.size() >= header_bytes) {
     count =
         ByteReader(path, bytes, 80, std::endian::native == std::endian::big).read<std::uint32_t>();
-    if (bytes.size() == kHeaderBytes + kFacetBytes * std::size_t{count}) {
+    if (bytes.size() == header_bytes + facet_bytes * std::size_t{count}) {
       return read_binary(path, bytes, count);
     }
   }
@@ -105,7 +105,7 @@ PolygonMesh read_stl(const std::string& path, std::string_view bytes) {
   // Text has no zero bytes.
   const bool is_text = bytes.substr(0, 4096).find('\0') == std::string_view::npos;
   if (says_solid && is_text) return read_ascii(path, bytes);
-  if (bytes.size() < kHeaderBytes) {
+  if (bytes.size() < header_bytes) {
     throw core::InputError(fmt::format(
         "{}: not an STL file: neither \"solid\" nor a binary header of 84 bytes", path));
   }

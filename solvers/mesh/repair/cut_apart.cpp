@@ -66,14 +66,14 @@ std::int64_t cut_apart(SurfaceMesh& mesh) {
     }
   });
   // The first fan of a vertex keeps it, the others get copies.
-  constexpr std::int32_t kNone = -1;
-  std::vector<std::int32_t> vertex_of_fan(fans.size(), kNone);
+  constexpr std::int32_t none = -1;
+  std::vector<std::int32_t> vertex_of_fan(fans.size(), none);
   std::vector<char> taken(mesh.vertices.size(), 0);
   std::int64_t copies = 0;
   for (std::size_t c = 0; c < fans.size(); ++c) {
     std::int32_t& vertex = mesh.triangles[c / 3][c % 3];
     std::int32_t& assigned = vertex_of_fan[fans.find(c)];
-    if (assigned == kNone) {
+    if (assigned == none) {
       assigned = vertex;
       if (taken[static_cast<std::size_t>(vertex)]) {
         const Vec3 place = mesh.vertices[static_cast<std::size_t>(vertex)];

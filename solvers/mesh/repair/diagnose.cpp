@@ -11,7 +11,7 @@ namespace carillon::solvers::mesh::repair {
 namespace {
 
 /// More intersections than this say nothing new.
-constexpr std::size_t kPairLimit = 10000;
+constexpr std::size_t pair_limit = 10000;
 
 void count_edges(const SurfaceMesh& mesh, Diagnosis& d) {
   for_each_edge(edge_uses(mesh.triangles), [&d](std::span<const EdgeUse> edge) {
@@ -30,7 +30,7 @@ bool count_pieces(const SurfaceMesh& mesh, Diagnosis& d) {
   drop_twins(welded);
   orient_neighbours(welded);
   const auto component = edge_components(welded.triangles);
-  const auto pairs = intersecting_pairs(welded, kPairLimit);
+  const auto pairs = intersecting_pairs(welded, pair_limit);
   d.self_intersections = static_cast<std::int64_t>(pairs.size());
 
   std::set<std::int32_t> touching;

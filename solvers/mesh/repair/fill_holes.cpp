@@ -12,10 +12,10 @@ namespace carillon::solvers::mesh::repair {
 namespace {
 
 /// Loops with more sides are openings, whatever their size.
-constexpr std::size_t kMaxSides = 2000;
+constexpr std::size_t max_sides = 2000;
 /// Holes of more than three sides together may have this fraction of the surface's area; what lacks
 /// more is no surface of a body.
-constexpr double kMaxArea = 0.25;
+constexpr double max_area = 0.25;
 
 const Vec3& at(const SurfaceMesh& mesh, std::int32_t v) {
   return mesh.vertices[static_cast<std::size_t>(v)];
@@ -123,7 +123,7 @@ HoleCount fill_holes(SurfaceMesh& mesh, const HoleLimits& limits) {
     std::vector<Triangle> patch;
     if (sides == 3) {
       patch.push_back({loop.vertices[0], loop.vertices[1], loop.vertices[2]});
-    } else if (sides <= kMaxSides) {
+    } else if (sides <= max_sides) {
       patch = triangulate_loop(mesh, loop);
     }
     // A single triangle's border is a hole too, but its own twin does not close it.
@@ -141,7 +141,7 @@ HoleCount fill_holes(SurfaceMesh& mesh, const HoleLimits& limits) {
     added.insert(added.end(), patch.begin(), patch.end());
     ++count.filled;
   }
-  if (filled_area > kMaxArea * limits.area) {
+  if (filled_area > max_area * limits.area) {
     for (const HoleLoop& loop : loops) {
       count.largest_perimeter = std::max(count.largest_perimeter, perimeter(mesh, loop));
     }

@@ -20,19 +20,19 @@ namespace carillon::solvers::mesh::repair {
 namespace {
 
 /// Gaps of this fraction of the box diagonal are cracks between vertices meant to be one.
-constexpr double kCrack = 1e-6;
+constexpr double crack = 1e-6;
 /// More intersections than this inside one piece are no local fault.
-constexpr std::size_t kLocalPairs = 500;
+constexpr std::size_t local_pairs = 500;
 /// Change of volume that mending local intersections may cost.
-constexpr double kLocalVolumeChange = 0.02;
+constexpr double local_volume_change = 0.02;
 /// Change of volume beyond which a wrap is another body.
-constexpr double kWrapVolumeChange = 0.2;
+constexpr double wrap_volume_change = 0.2;
 /// Share of open edges from which triangles are a loose heap rather than a surface.
-constexpr double kLooseEdges = 0.25;
+constexpr double loose_edges = 0.25;
 /// A wrap with so much more area than the triangles has wrapped both of their sides.
-constexpr double kCoatArea = 1.5;
+constexpr double coat_area = 1.5;
 /// Alpha of the wraps that are tried, in offsets: fine ones keep hollows, coarse ones close gaps.
-constexpr double kAlphas[] = {5, 10, 20};
+constexpr double alphas[] = {5, 10, 20};
 
 /// The state of one repair.
 struct Patient {
@@ -73,7 +73,7 @@ std::string symptoms(const Diagnosis& d) {
       fmt::format("{}: {} ({})", patient.file.path, reason, symptoms(patient.diagnosis)), hint);
 }
 
-const char* const kSheetHint =
+const char* const sheet_hint =
     "if it is meant as a sheet, say thickness: 0.003 m; otherwise close it in a modeller";
 
 struct OpenEdges {
@@ -106,7 +106,7 @@ void tidy(SurfaceMesh& mesh, Patient& patient) {
   patient.say(drop_collapsed(mesh), "dropped {} triangles that name a vertex twice");
   patient.say(drop_twins(mesh), "dropped {} double triangles");
   if (count_open(mesh).open > 0) {
-    const std::int64_t merged = weld_borders(mesh, kCrack * patient.diagonal);
+    const std::int64_t merged = weld_borders(mesh, crack * patient.diagonal);
     patient.say(merged, "closed cracks by merging {} vertices");
     drop_collapsed(mesh);
     drop_twins(mesh);
@@ -144,7 +144,7 @@ std::optional<SurfaceMesh> closed_manifold(const SurfaceMesh& mesh, Patient& pat
 /// Mends intersections inside pieces; those between pieces are left to resolve_pieces().
 std::optional<SurfaceMesh> without_local_intersections(SurfaceMesh mesh, Patient& patient) {
   const auto component = edge_components(mesh.triangles);
-  const auto pairs = intersecting_pairs(mesh, 100 * kLocalPairs);
+  const auto pairs = intersecting_pairs(mesh, 100 * local_pairs);
   std::vector<std::size_t> own_pairs(
       1 + static_cast<std::size_t>(*std::max_element(component.begin(), component.end())));
   for (const auto& [s, t] : pairs) {
@@ -155,11 +155,12 @@ std::optional<SurfaceMesh> without_local_intersections(SurfaceMesh mesh, Patient
   std::size_t mended = 0;
   for (std::size_t c = 0; c < pieces.size(); ++c) {
     if (own_pairs[c] == 0) continue;
-    if (own_pairs[c] > kLocalPairs) return {};
+    if (own_pairs[c] > local_pairs) return {};
     auto clean = remove_self_intersections(pieces[c]);
     if (!clean || !is_closed_and_oriented(clean->triangles)) return {};
     const double before = signed_volume(pieces[c]);
-    if (std::abs(signed_volume(*clean) - before) > kLocalVolumeChange * std::abs(before)) return {};
+    if (std::abs(signed_volume(*clean) - before) > local_volume_change * std::abs(before))
+      return {};
     mended += own_pairs[c];
     pieces[c] = std::move(*clean);
   }
@@ -212,7 +213,7 @@ SurfaceMesh thickened(const SurfaceMesh& sheet, Patient& patient) {
 /// The last way: wrap the triangles and pull the wrap back onto them.
 SurfaceMesh wrapped(const SurfaceMesh& mesh, Patient& patient) {
   const OpenEdges edges = count_open(mesh);
-  if (static_cast<double>(edges.open) > kLooseEdges * static_cast<double>(edges.all)) {
+  if (static_cast<double>(edges.open) > loose_edges * static_cast<double>(edges.all)) {
     refuse(patient,
            fmt::format("the triangles are loose and bound no body: {} of {} edges are open",
                        edges.open, edges.all),
@@ -221,15 +222,15 @@ SurfaceMesh wrapped(const SurfaceMesh& mesh, Patient& patient) {
   const double offset = patient.file.wrap_tolerance * patient.diagonal;
   const double given_area = area(mesh);
   double change = 0;
-  for (const double multiple : kAlphas) {
+  for (const double multiple : alphas) {
     const SurfaceMesh coarse = alpha_wrap(mesh, multiple * offset, offset);
-    if (edges.open > 0 && area(coarse) > kCoatArea * given_area) continue;
+    if (edges.open > 0 && area(coarse) > coat_area * given_area) continue;
     auto body = verified(shrink_onto(coarse, mesh));
     if (!body) continue;
     if (patient.volume) {
       change = signed_volume(*body) / *patient.volume - 1;
-      const bool too_small = change < -kWrapVolumeChange && !patient.overlapping;
-      if (too_small || change > kWrapVolumeChange) continue;
+      const bool too_small = change < -wrap_volume_change && !patient.overlapping;
+      if (too_small || change > wrap_volume_change) continue;
     }
     patient.say(
         fmt::format("wrapped (alpha {:.3g} m, offset {:.3g} m) and drew the wrap onto the "
@@ -237,11 +238,11 @@ SurfaceMesh wrapped(const SurfaceMesh& mesh, Patient& patient) {
                     multiple * offset, offset));
     return std::move(*body);
   }
-  if (std::abs(change) > kWrapVolumeChange) {
+  if (std::abs(change) > wrap_volume_change) {
     refuse(patient, fmt::format("a wrap would change the volume by {:+.0f} %", 100 * change),
            "a smaller wrap tolerance may keep thin walls and hollows");
   }
-  if (edges.open > 0) refuse(patient, "the surface is open and bounds no body", kSheetHint);
+  if (edges.open > 0) refuse(patient, "the surface is open and bounds no body", sheet_hint);
   refuse(patient, "the surface cannot be repaired, nor wrapped by a body like it",
          "mend it in a modeller, or try another wrap tolerance");
 }
@@ -252,7 +253,7 @@ void refuse_flat(const SurfaceMesh& mesh, const Patient& patient) {
     refuse(patient, "the triangles have no area", "");
   }
   if (extent.minCoeff() < 1e-9 * patient.diagonal && !(patient.file.thickness > 0)) {
-    refuse(patient, "the surface is flat and bounds no body", kSheetHint);
+    refuse(patient, "the surface is flat and bounds no body", sheet_hint);
   }
 }
 

@@ -20,9 +20,9 @@ using Tree = CGAL::AABB_tree<
 
 /// Share of the way to the surface that a wrap's vertex goes at first; not the whole, so that
 /// vertices which would meet on an edge of the surface stay apart.
-constexpr double kFirstFraction = 0.98;
+constexpr double first_fraction = 0.98;
 /// Halvings of the fraction where triangles intersect; after them it is zero.
-constexpr int kHalvings = 8;
+constexpr int halvings = 8;
 
 }  // namespace
 
@@ -48,9 +48,9 @@ SurfaceMesh shrink_onto(const SurfaceMesh& wrap, const SurfaceMesh& soup) {
     target.push_back(simplify::from_cgal(tree.closest_point(to_cgal(v))));
   }
 
-  std::vector<double> fraction(wrap.vertices.size(), kFirstFraction);
+  std::vector<double> fraction(wrap.vertices.size(), first_fraction);
   SurfaceMesh shrunk = wrap;
-  for (int round = 0; round <= kHalvings; ++round) {
+  for (int round = 0; round <= halvings; ++round) {
     for (std::size_t v = 0; v < fraction.size(); ++v) {
       shrunk.vertices[v] = wrap.vertices[v] + fraction[v] * (target[v] - wrap.vertices[v]);
     }
@@ -74,7 +74,7 @@ SurfaceMesh shrink_onto(const SurfaceMesh& wrap, const SurfaceMesh& soup) {
       }
     }
     for (std::size_t v = 0; v < fraction.size(); ++v) {
-      if (relax[v]) fraction[v] = round + 2 > kHalvings ? 0 : fraction[v] / 2;
+      if (relax[v]) fraction[v] = round + 2 > halvings ? 0 : fraction[v] / 2;
     }
   }
   return wrap;

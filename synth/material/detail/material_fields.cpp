@@ -32,7 +32,7 @@ std::size_t next_comma(std::string_view text) {
 
 std::string known_keys() {
   std::vector<std::string> names;
-  for (const ElasticField& field : kElasticFields) names.emplace_back(field.name);
+  for (const ElasticField& field : elastic_fields) names.emplace_back(field.name);
   return fmt::format("keys are {}, damping, alpha1, alpha2, ...", fmt::join(names, ", "));
 }
 
@@ -69,7 +69,7 @@ double number_of(const Pair& pair, core::Dimension dimension) {
 
 [[noreturn]] void refuse_key(const std::string& key) {
   std::vector<std::string> names = {"damping", "alpha1", "alpha2", "alpha3"};
-  for (const ElasticField& field : kElasticFields) names.emplace_back(field.name);
+  for (const ElasticField& field : elastic_fields) names.emplace_back(field.name);
   throw InputError(fmt::format("material: unknown key \"{}\"{}", key, did_you_mean(key, names)),
                    known_keys());
 }
@@ -89,9 +89,9 @@ Material parse_fields(const std::string& text) {
   std::vector<std::string> seen;
   std::map<int, double> alphas;
   for (const Pair& pair : pairs) {
-    const auto field = std::find_if(kElasticFields.begin(), kElasticFields.end(),
+    const auto field = std::find_if(elastic_fields.begin(), elastic_fields.end(),
                                     [&](const ElasticField& f) { return pair.key == f.name; });
-    if (field != kElasticFields.end()) {
+    if (field != elastic_fields.end()) {
       field->value(material) = number_of(pair, field->dimension);
       seen.push_back(pair.key);
     } else if (const auto number = damping::alpha_number(pair.key)) {
@@ -100,7 +100,7 @@ Material parse_fields(const std::string& text) {
       refuse_key(pair.key);
     }
   }
-  for (const ElasticField& field : kElasticFields) {
+  for (const ElasticField& field : elastic_fields) {
     if (std::find(seen.begin(), seen.end(), field.name) == seen.end()) {
       throw InputError(fmt::format("material: \"{}\" is missing [{}]", field.name,
                                    core::unit_name(field.dimension)),

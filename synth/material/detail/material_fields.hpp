@@ -18,7 +18,7 @@ struct ElasticField {
   core::Dimension dimension;
   double& (*value)(Material&);
 };
-inline constexpr std::array<ElasticField, 3> kElasticFields = {{
+inline constexpr std::array<ElasticField, 3> elastic_fields = {{
     {"youngs_modulus", core::Dimension::pressure,
      [](Material& m) -> double& { return m.elastic.youngs_modulus; }},
     {"poisson_ratio", core::Dimension::none,

@@ -11,7 +11,7 @@ namespace carillon::synth::motion {
 namespace {
 
 /// Mode shapes along a contact's way are taken every so much of the body's size.
-constexpr double kPlaceFraction = 0.005;
+constexpr double place_fraction = 0.005;
 
 double size_of(const solvers::modes::ModeSurface& surface) {
   Vec3 low = surface.nodes.front(), high = low;
@@ -56,7 +56,7 @@ BodySound::BodySound(const Motion& motion, std::size_t body, const SoundingBody&
     if (!options.contact_damping) break;
     held_.push_back(modal::shapes_at(*sounding.modes, sampler_.nearest(string.at)));
   }
-  const double spacing = kPlaceFraction * size_of(sounding.modes->surface);
+  const double spacing = place_fraction * size_of(sounding.modes->surface);
   for (std::size_t number = 0; number < motion.contacts.size(); ++number) {
     const LastingContact& contact = motion.contacts[number];
     for (std::size_t side = 0; (damps_ || options.lasting_contacts) && side < 2; ++side) {

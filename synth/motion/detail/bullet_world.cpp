@@ -13,20 +13,20 @@ namespace carillon::synth::motion {
 
 namespace {
 
-constexpr int kIterations = 60;
-constexpr int kSettlingSteps = 100;
+constexpr int iterations = 60;
+constexpr int settling_steps = 100;
 /// Share of the last step's impulses that the solver begins with. A tower of twenty boxes creeps
 /// sideways by 4 mm/s with 0.95 and by 0.15 mm/s with 0.995; with 1 the forces in it never settle.
-constexpr double kWarmStart = 0.995;
+constexpr double warm_start = 0.995;
 /// Depth at which bodies rest in one another [m]: contact neither comes nor goes there.
-constexpr double kSlop = 1e-7;
+constexpr double slop = 1e-7;
 /// Nearer than so many times the way that gravity takes a body in its first step a contact is
 /// solved, though it does not touch yet: else what rests would fall that far and be caught again.
-constexpr double kNearness = 4;
+constexpr double nearness = 4;
 /// A body moves at the most so much of its thinnest half-extent in a part of a step.
-constexpr double kLongestWay = 0.5;
+constexpr double longest_way = 0.5;
 /// Of the smaller body's reach that two may be in one another at the start unsaid.
-constexpr double kOverlap = 1e-3;
+constexpr double overlap = 1e-3;
 
 /// Bullet's world with contacts as this house has them: changed after they were found, before they
 /// are solved.
@@ -77,13 +77,13 @@ struct BulletWorld::Impl {
         unit(median_reach(all)),
         gravity(options.gravity),
         out(all.size(), false),
-        near(kNearness * gravity.norm() * options.step * options.step) {
+        near(nearness * gravity.norm() * options.step * options.step) {
     btContactSolverInfo& info = world.getSolverInfo();
-    info.m_numIterations = kIterations;
+    info.m_numIterations = iterations;
     info.m_splitImpulse = 1;
     info.m_splitImpulsePenetrationThreshold = 0;
-    info.m_warmstartingFactor = kWarmStart;
-    info.m_linearSlop = kSlop / unit;
+    info.m_warmstartingFactor = warm_start;
+    info.m_linearSlop = slop / unit;
     info.m_restitutionVelocityThreshold = 0;
     info.m_solverMode = SOLVER_SIMD | SOLVER_USE_WARMSTARTING | SOLVER_USE_2_FRICTION_DIRECTIONS;
     world.setGravity(to_bullet(gravity / unit));
@@ -243,7 +243,7 @@ struct BulletWorld::Impl {
     // Slower than a few steps of gravity no rebound lasts a step.
     if (met.approach < 4 * gravity.norm() * step) return met;
     // Up to the depth at rest Bullet lets them come nearer yet, and takes that off the rebound.
-    const double sinking = std::max(0.0, kSlop - depth) / step;
+    const double sinking = std::max(0.0, slop - depth) / step;
     const double after = bounce * met.approach + fall * step / 2 + sinking;
     const double solvers = now - fall * step / 2;  // the approach that Bullet multiplies
     if (after > 0 && solvers > 0) point.m_combinedRestitution = after / solvers;
@@ -287,7 +287,8 @@ struct BulletWorld::Impl {
     for (const std::size_t b : pair) {
       if (!bodies[b].texture) continue;
       const Vec3 flat = pose(b).turn * bodies[b].texture->normal();
-      if (std::abs(flat.dot(normal)) >= kOnFace) return flat.dot(normal) > 0 ? flat : Vec3(-flat);
+      if (std::abs(flat.dot(normal)) >= on_face_limit)
+        return flat.dot(normal) > 0 ? flat : Vec3(-flat);
     }
     return normal;
   }
@@ -316,13 +317,13 @@ std::vector<Overlap> BulletWorld::overlaps(double step) {
   std::vector<Overlap> found;
   for (const auto& [pair, depth] : depths) {
     const double smaller = std::min(impl_->shapes[pair[0]].reach, impl_->shapes[pair[1]].reach);
-    if (depth > kOverlap * smaller) found.push_back({pair, depth});
+    if (depth > overlap * smaller) found.push_back({pair, depth});
   }
   return found;
 }
 
 void BulletWorld::settle(double step) {
-  for (int k = 0; k < kSettlingSteps; ++k) {
+  for (int k = 0; k < settling_steps; ++k) {
     this->step(step);
     for (std::size_t b = 0; b < impl_->rigid.size(); ++b) impl_->put_at_start(b);
     if (impl_->solved.empty()) return;
@@ -364,9 +365,9 @@ int BulletWorld::parts(double seconds) const {
     const BodyState now = state(b);
     const double turning = impl_->bodies[b].ball_radius > 0 ? 0 : now.spin.norm() * shape.reach;
     const double way = (now.velocity.norm() + turning) * seconds;
-    most = std::max(most, way / (kLongestWay * shape.thinnest));
+    most = std::max(most, way / (longest_way * shape.thinnest));
   }
-  return static_cast<int>(std::min<double>(std::ceil(most), kMaxSubsteps + 1.0));
+  return static_cast<int>(std::min<double>(std::ceil(most), substep_limit + 1.0));
 }
 
 void BulletWorld::release(std::size_t body) {

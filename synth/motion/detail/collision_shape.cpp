@@ -19,16 +19,16 @@ namespace {
 
 /// Corners of a piece that Bullet is given at the most: of a rounded one those that reach farthest
 /// in so many directions, evenly spread.
-constexpr int kMaxCorners = 192;
+constexpr int max_corners = 192;
 /// Bullet's margin around hulls, in its units.
-constexpr btScalar kMargin = 5e-4;
+constexpr btScalar margin = 5e-4;
 
 /// Those that reach farthest in directions of a Fibonacci lattice.
 std::vector<Vec3> fewer_points(const std::vector<Vec3>& points) {
-  if (points.size() <= kMaxCorners) return points;
+  if (points.size() <= max_corners) return points;
   std::vector<bool> kept(points.size(), false);
-  for (int k = 0; k < 2 * kMaxCorners; ++k) {
-    const double z = 1 - (2 * k + 1.0) / (2 * kMaxCorners);
+  for (int k = 0; k < 2 * max_corners; ++k) {
+    const double z = 1 - (2 * k + 1.0) / (2 * max_corners);
     const double turn = k * std::numbers::pi * (3 - std::sqrt(5.0)), r = std::sqrt(1 - z * z);
     const Vec3 direction(r * std::cos(turn), r * std::sin(turn), z);
     std::size_t farthest = 0;
@@ -118,7 +118,7 @@ CollisionShape collision_shape(const MovingBody& body, double unit, double skin)
     if (volume > (1 - 1e-6) * box.extent().prod()) {
       if (body.hulls.size() == 1) shape.skin = skin;
       part = std::make_unique<btBoxShape>(to_bullet((half + Vec3::Constant(shape.skin)) / unit));
-      part->setMargin(kMargin);
+      part->setMargin(margin);
       const Vec3 middle = turn * (0.5 * (box.low + box.high) - body.rigid.centre);
       place.setOrigin(to_bullet(middle / unit));
       place.setRotation({turn.x(), turn.y(), turn.z(), turn.w()});
@@ -129,7 +129,7 @@ CollisionShape collision_shape(const MovingBody& body, double unit, double skin)
       for (const Vec3& p : fewer_points(hull.vertices)) {
         convex->addPoint(to_bullet(turn * (p - body.rigid.centre) / unit), false);
       }
-      convex->setMargin(kMargin);
+      convex->setMargin(margin);
       convex->recalcLocalAabb();
       convex->initializePolyhedralFeatures();
       part = std::move(convex);

@@ -11,10 +11,10 @@ namespace carillon::synth::motion {
 
 namespace {
 
-constexpr double kLongestGap = 4;    ///< steps without a push that a contact outlives
-constexpr double kShock = 5;         ///< times what a contact bears that count as a strike
-constexpr double kSamePlace = 0.02;  ///< of the smaller body's reach: the same place
-constexpr double kForget = 0.2;      ///< weight of the newest part in what a contact usually bears
+constexpr double longest_gap = 4;    ///< steps without a push that a contact outlives
+constexpr double shock = 5;          ///< times what a contact bears that count as a strike
+constexpr double same_place = 0.02;  ///< of the smaller body's reach: the same place
+constexpr double forget = 0.2;       ///< weight of the newest part in what a contact usually bears
 
 /// Hertz's contact time of two bodies that meet [s]. Where both are flat the radius is the smaller
 /// body's reach.
@@ -69,7 +69,7 @@ ContactTracker::Track* ContactTracker::find(const SolvedContact& contact, const 
   if (tracks == tracks_.end()) return nullptr;
   // Bodies that travel together carry their places of contact along.
   const double travel = std::max(states[pair[0]].velocity.norm(), states[pair[1]].velocity.norm());
-  const double near = kSamePlace * std::min(reach_of(bodies_[pair[0]]), reach_of(bodies_[pair[1]]));
+  const double near = same_place * std::min(reach_of(bodies_[pair[0]]), reach_of(bodies_[pair[1]]));
   const double speed = speed_bound(pair, states) + travel;
   for (Track& track : tracks->second) {
     const double distance = (track.place - place).norm();
@@ -117,7 +117,7 @@ void ContactTracker::add(std::span<const SolvedContact> contacts, double begin, 
     const double push = contact.impulse.dot(contact.normal);
     const bool lands = !touched && contact.approach >= options_.min_speed;
     const bool shocked =
-        touched && struck && push > kShock * track->usual * length + mass * options_.min_speed;
+        touched && struck && push > shock * track->usual * length + mass * options_.min_speed;
     if (lands || shocked) {
       strike(contact, begin, lands ? contact.approach : push / mass, mass);
     }
@@ -128,7 +128,7 @@ void ContactTracker::add(std::span<const SolvedContact> contacts, double begin, 
     track->place = place;
     track->last = end;
     const double force = push / length;
-    track->usual = touched ? (1 - kForget) * track->usual + kForget * force : force;
+    track->usual = touched ? (1 - forget) * track->usual + forget * force : force;
     if (lands || shocked) continue;
     track->pushed = true;
     track->now.points = contact.points;
@@ -146,7 +146,7 @@ void ContactTracker::close(Track& track) {
 void ContactTracker::end_step(std::size_t step) {
   const double now = (static_cast<double>(step) + 1) * options_.step;
   const auto over = [&](Track& track) {
-    if (now - track.last <= kLongestGap * options_.step * (1 + 1e-9)) return false;
+    if (now - track.last <= longest_gap * options_.step * (1 + 1e-9)) return false;
     close(track);
     return true;
   };

@@ -9,14 +9,15 @@ namespace carillon::synth::motion {
 namespace {
 
 /// A place of contact goes at most so many times as fast as the bodies slide and turn.
-constexpr double kFastest = 1.25;
-constexpr std::size_t kEased = 5;  ///< steps to both sides over which such a way starts and stops
+constexpr double fastest = 1.25;
+constexpr std::size_t easing_steps =
+    5;  ///< steps to both sides over which such a way starts and stops
 
 /// Means over a triangle of steps, as wide as there are steps to both sides: an even way stays.
 std::vector<Vec3> eased(const std::vector<Vec3>& points) {
   std::vector<Vec3> result;
   for (std::size_t k = 0; k < points.size(); ++k) {
-    const std::size_t wide = std::min({kEased, k, points.size() - 1 - k});
+    const std::size_t wide = std::min({easing_steps, k, points.size() - 1 - k});
     Vec3 off = Vec3::Zero();
     double sum = static_cast<double>(wide) + 1;
     for (std::size_t j = 1; j <= wide; ++j) {
@@ -49,7 +50,7 @@ std::vector<Vec3> contact_way(const Motion& motion, std::span<const MovingBody> 
     const std::vector<BodyState>& states = motion.states[state];
     if (k > 0 && hops) {
       const double turning = (states[body].spin - states[other].spin).norm() * reach;
-      const double longest = kFastest * (step.slip.norm() + turning) * motion.step;
+      const double longest = fastest * (step.slip.norm() + turning) * motion.step;
       const Vec3 normal = states[body].pose.turn.conjugate() * step.normal;
       const Vec3 way = points[k] - points[k - 1];
       const Vec3 along = way - normal.dot(way) * normal;  // heights are the relief's own

@@ -11,11 +11,11 @@ HWY_BEFORE_NAMESPACE();
 namespace carillon::synth::motion::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
-using Lanes = hn::CappedTag<double, kBankLanes>;
+using Lanes = hn::CappedTag<double, bank_lanes>;
 using Vector = hn::Vec<Lanes>;
 
 /// One vector of modes under its forces; what it is goes to the buffers.
-template <bool kForced>
+template <bool forced>
 HWY_INLINE void run_vector(DrivenBank& bank, std::size_t first, const double* forces,
                            std::size_t count, double* q_out, double* v_out) {
   const Lanes lanes;
@@ -25,7 +25,7 @@ HWY_INLINE void run_vector(DrivenBank& bank, std::size_t first, const double* fo
   const Vector qq = load(0), qv = load(1), vq = load(4), vv = load(5);
   Vector q = hn::LoadU(lanes, bank.q.data() + first);
   Vector v = hn::LoadU(lanes, bank.v.data() + first);
-  if constexpr (kForced) {
+  if constexpr (forced) {
     const Vector qb = load(2), qe = load(3), vb = load(6), ve = load(7);
     Vector begin = hn::LoadU(lanes, forces);
     for (std::size_t t = 0; t < count; ++t) {
@@ -56,8 +56,8 @@ void run_bank(DrivenBank& bank, std::size_t modes, const DrivenForces& forces,
               std::span<const BankOutput> outputs, std::size_t count) {
   const Lanes lanes;
   const std::size_t width = hn::Lanes(lanes);
-  alignas(64) std::array<double, (kBankStretch + 1) * kBankLanes> force;
-  alignas(64) std::array<double, kBankStretch * kBankLanes> q, v;
+  alignas(64) std::array<double, (bank_stretch + 1) * bank_lanes> force;
+  alignas(64) std::array<double, bank_stretch * bank_lanes> q, v;
   // Sums of each output by lane, so that lanes meet once only.
   std::vector<double> sums(outputs.size() * count * width, 0.0);
   for (std::size_t first = 0; first < modes; first += width) {
@@ -102,7 +102,7 @@ namespace carillon::synth::motion {
 HWY_EXPORT(run_bank);
 
 DrivenBank::DrivenBank(std::size_t count) : modes(count) {
-  const std::size_t filled = (count + kBankLanes - 1) / kBankLanes * kBankLanes;
+  const std::size_t filled = (count + bank_lanes - 1) / bank_lanes * bank_lanes;
   q.assign(filled, 0.0);
   v.assign(filled, 0.0);
   for (std::vector<double>& part : steps) part.assign(filled, 0.0);

@@ -9,9 +9,9 @@
 namespace carillon::synth::motion {
 
 /// Most modes in one vector: arrays of modes are filled up to whole ones.
-inline constexpr std::size_t kBankLanes = 8;
+inline constexpr std::size_t bank_lanes = 8;
 /// Most samples in one stretch: what a stretch needs fits the first-level cache.
-inline constexpr std::size_t kBankStretch = 128;
+inline constexpr std::size_t bank_stretch = 128;
 
 /// Motion of many modes at a sampling instant, and their exact steps to the next.
 struct DrivenBank {
@@ -37,7 +37,7 @@ struct BankOutput {
   double* samples;  ///< receives the sum over modes, `count` samples
 };
 
-/// Moves the first modes (a multiple of kBankLanes) on by `count` <= kBankStretch samples, and adds
+/// Moves the first modes (a multiple of bank_lanes) on by `count` <= bank_stretch samples, and adds
 /// what they are at each before the step to the outputs. Sums run over modes in a fixed order;
 /// kinds of CPU differ by rounding alone.
 void run_bank(DrivenBank& bank, std::size_t modes, const DrivenForces& forces,

@@ -155,7 +155,7 @@ void DrivenModes::render(std::span<const Drive> drives, const DrivenGains& gains
       if (strikes_[b].first == strikes_[b].free) peak_ = 0;
       strikes_.erase(strikes_.begin() + static_cast<std::ptrdiff_t>(b));
     }
-    std::uint64_t stretch = std::min(kBankStretch, count - done);
+    std::uint64_t stretch = std::min(bank_stretch, count - done);
     for (const DrivenStrike& strike : strikes_)
       stretch = std::min(stretch, strike.free - position_);
     run(drives, gains, done, stretch, rows);
@@ -224,7 +224,7 @@ void DrivenModes::run(std::span<const Drive> drives, const DrivenGains& gains, s
                            sums.col(column).data()});
       }
     }
-    const std::size_t filled = (sounding_ + kBankLanes - 1) / kBankLanes * kBankLanes;
+    const std::size_t filled = (sounding_ + bank_lanes - 1) / bank_lanes * bank_lanes;
     run_bank(bank_, filled, forces, outputs, count);
     mode_samples_ += sounding_ * count;
     for (std::size_t part = 0; part < shapes.size(); ++part) {
@@ -261,7 +261,7 @@ void DrivenModes::run(std::span<const Drive> drives, const DrivenGains& gains, s
 }
 
 std::vector<bool> DrivenModes::octaves() const {
-  std::vector<bool> present(kModeOctaves, false);
+  std::vector<bool> present(mode_octaves, false);
   for (const double eigenvalue : eigenvalues_) present[octave_of(eigenvalue)] = true;
   return present;
 }
@@ -275,7 +275,7 @@ void DrivenModes::add_slow_rates(const Drive& drive, const std::array<Weights, 2
   for (std::size_t key = 0; key < keys; ++key) {
     for (Eigen::Index row = 0; row < rows.cols(); ++row) {
       // What a rate along each axis gives, summed over an octave's modes: at the block's ends.
-      Eigen::MatrixX3d begin = Eigen::MatrixX3d::Zero(kModeOctaves, 3), end = begin;
+      Eigen::MatrixX3d begin = Eigen::MatrixX3d::Zero(mode_octaves, 3), end = begin;
       bool any = false;
       for (std::size_t i = 0; i < order_.size(); ++i) {
         const double of_rate = weights[key].of_rate(static_cast<Eigen::Index>(i), row);
@@ -329,7 +329,7 @@ void DrivenModes::add_strike(const DrivenStrike& strike, const std::array<Weight
 
 void DrivenModes::rest_inaudible(const std::array<Weights, 2>& weights, std::size_t keys) {
   const double level =
-      modal::kInaudible * peak_ / static_cast<double>(std::max<std::size_t>(1, modes()));
+      modal::inaudible * peak_ / static_cast<double>(std::max<std::size_t>(1, modes()));
   while (sounding_ > 0) {
     const std::size_t i = sounding_ - 1;
     // Free modes lose energy whatever their damping: q and q' stay below what it allows.

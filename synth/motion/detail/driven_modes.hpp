@@ -38,7 +38,7 @@ struct DrivenGains {
 /// (linear_force_step()), and for strikes of any duration and time, however short: during contact
 /// their motion is added to what is heard, and at the first sample after it to the modes, as
 /// synthesize() has it. Decay rates may change between blocks. Modes whose damped frequency is at
-/// or above Nyquist are left out. Modes that have decayed below kInaudible of the loudest sample
+/// or above Nyquist are left out. Modes that have decayed below inaudible of the loudest sample
 /// since the last force or strike rest; a body at rest costs nothing.
 class DrivenModes {
  public:

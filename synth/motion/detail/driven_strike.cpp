@@ -14,8 +14,8 @@ namespace carillon::synth::motion {
 
 namespace {
 
-constexpr double kMaxContactTime = 1e5;  ///< [samples]
-constexpr double kLongestWait = 1e15;
+constexpr double max_contact_time = 1e5;  ///< [samples]
+constexpr double longest_wait = 1e15;
 
 /// Of a strike of unit impulse at t within its duration [1/s].
 double force_at(const modal::ContactForce& force, double t) {
@@ -64,13 +64,13 @@ DrivenStrike driven_strike(std::span<const double> eigenvalues, std::span<const 
                            const Eigen::VectorXd& excitation, const modal::ContactForce& force,
                            double delay, double sample_rate) {
   modal::check(force);
-  if (!(delay >= 0 && delay * sample_rate < kLongestWait)) {
+  if (!(delay >= 0 && delay * sample_rate < longest_wait)) {
     throw core::InputError(fmt::format("driven modes: a strike cannot begin after {} s", delay));
   }
-  if (!(force.duration * sample_rate <= kMaxContactTime)) {
+  if (!(force.duration * sample_rate <= max_contact_time)) {
     throw core::InputError(
         fmt::format("driven modes: a contact of {:.4g} s is longer than {:.4g} s", force.duration,
-                    kMaxContactTime / sample_rate));
+                    max_contact_time / sample_rate));
   }
   const long double start = static_cast<long double>(delay) * sample_rate;
   const long double stop = (static_cast<long double>(delay) + force.duration) * sample_rate;

@@ -21,8 +21,7 @@ struct DrivenStrike {
 /// @param excitation  of each mode [N s kg^-1/2]
 /// @param delay       from sample 0 to its begin [s]
 /// @throws InputError  a delay that is negative or endless, a contact of more than 1e5 samples,
-/// what
-///                     check() refuses
+///                     what check() refuses
 DrivenStrike driven_strike(std::span<const double> eigenvalues, std::span<const double> decay_rates,
                            const Eigen::VectorXd& excitation, const modal::ContactForce& force,
                            double delay, double sample_rate);

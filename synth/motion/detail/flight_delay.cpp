@@ -14,22 +14,22 @@ namespace carillon::synth::motion {
 
 namespace {
 
-constexpr int kHalf = 32;      ///< samples to each side
-constexpr int kPhases = 1024;  ///< between two samples; straight lines between: -118 dB
-constexpr double kShape = 10;  ///< of Kaiser's window
+constexpr int half = 32;             ///< samples to each side
+constexpr int phases = 1024;         ///< between two samples; straight lines between: -118 dB
+constexpr double kaiser_shape = 10;  ///< of Kaiser's window
 
-/// The kernel at every phase: row p holds the weights of samples -kHalf + 1 to kHalf for a place
-/// p / kPhases after sample 0.
-const Eigen::Matrix<double, Eigen::Dynamic, 2 * kHalf, Eigen::RowMajor>& kernel() {
+/// The kernel at every phase: row p holds the weights of samples -half + 1 to half for a place
+/// p / phases after sample 0.
+const Eigen::Matrix<double, Eigen::Dynamic, 2 * half, Eigen::RowMajor>& kernel() {
   static const auto table = [] {
-    Eigen::Matrix<double, Eigen::Dynamic, 2 * kHalf, Eigen::RowMajor> rows(kPhases + 1, 2 * kHalf);
-    const double whole = boost::math::cyl_bessel_i(0, kShape);
-    for (int phase = 0; phase <= kPhases; ++phase) {
-      for (int tap = 0; tap < 2 * kHalf; ++tap) {
-        const double x = tap - kHalf + 1 - static_cast<double>(phase) / kPhases;
-        const double inside = 1 - x * x / (kHalf * kHalf);
+    Eigen::Matrix<double, Eigen::Dynamic, 2 * half, Eigen::RowMajor> rows(phases + 1, 2 * half);
+    const double whole = boost::math::cyl_bessel_i(0, kaiser_shape);
+    for (int phase = 0; phase <= phases; ++phase) {
+      for (int tap = 0; tap < 2 * half; ++tap) {
+        const double x = tap - half + 1 - static_cast<double>(phase) / phases;
+        const double inside = 1 - x * x / (half * half);
         const double window =
-            inside > 0 ? boost::math::cyl_bessel_i(0, kShape * std::sqrt(inside)) / whole : 0;
+            inside > 0 ? boost::math::cyl_bessel_i(0, kaiser_shape * std::sqrt(inside)) / whole : 0;
         const double angle = std::numbers::pi * x;
         rows(phase, tap) = window * (x == 0 ? 1 : std::sin(angle) / angle);
       }
@@ -74,7 +74,7 @@ void add_arriving(const Eigen::Ref<const Eigen::VectorXd>& emitted, const Flight
     if (t < arrival(0)) {
       // Before the first state: as if the body had stood there; only the kernel's foot reaches
       // here.
-      if (t < arrival(0) - kHalf / sample_rate) continue;
+      if (t < arrival(0) - half / sample_rate) continue;
     }
     while (k + 1 < flight.at.size() && arrival(k + 1) <= t) ++k;
     double left = t - flight.at[k];
@@ -84,12 +84,12 @@ void add_arriving(const Eigen::Ref<const Eigen::VectorXd>& emitted, const Flight
     }
     const double place = left * sample_rate;
     const double whole = std::floor(place);
-    const double phase = (place - whole) * kPhases;
-    const auto row = std::min(static_cast<int>(phase), kPhases - 1);
+    const double phase = (place - whole) * phases;
+    const auto row = std::min(static_cast<int>(phase), phases - 1);
     const double between = phase - row;
-    const Eigen::Index first = static_cast<Eigen::Index>(whole) - kHalf + 1;
+    const Eigen::Index first = static_cast<Eigen::Index>(whole) - half + 1;
     const Eigen::Index from = std::max<Eigen::Index>(0, -first);
-    const Eigen::Index to = std::min<Eigen::Index>(2 * kHalf, last - first);
+    const Eigen::Index to = std::min<Eigen::Index>(2 * half, last - first);
     if (to <= from) continue;
     const auto samples = emitted.segment(first + from, to - from);
     const double low = weights.row(row).segment(from, to - from).dot(samples);

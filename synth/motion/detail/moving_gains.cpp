@@ -13,14 +13,14 @@ namespace carillon::synth::motion {
 namespace {
 
 /// Pieces of the surface over which the dry signal's mean is taken, at least.
-constexpr std::size_t kPieces = 2000;
+constexpr std::size_t pieces = 2000;
 /// A body that moves by less than this fraction stands still.
-constexpr double kStillGain = 1e-7;
+constexpr double still_gain = 1e-7;
 
 }  // namespace
 
 modal::Readout mean_square_velocity(const solvers::modes::Modes& modes) {
-  const surface::OuterTriangles surface = surface::outer_triangles(modes.surface, kPieces);
+  const surface::OuterTriangles surface = surface::outer_triangles(modes.surface, pieces);
   const Eigen::MatrixXd flux = modes.shapes.cast<double>() * surface.flux_weights;
   modal::Readout readout;
   readout.delays = {0.0};
@@ -61,7 +61,7 @@ std::vector<double> MovingGains::flight_times(std::size_t row) const {
   std::vector<double> times;
   for (std::size_t step = 0; step <= last_; ++step) {
     const double way = (listener_at(step, row) - sounding_.field->sources().centroid).norm();
-    times.push_back(way / modal::kSoundSpeed);
+    times.push_back(way / modal::speed_of_sound);
   }
   return times;
 }
@@ -109,7 +109,7 @@ DrivenGains MovingGains::over(std::size_t step) {
     while (after_at_ < last_ && near(step, after_at_ + 1, turn_)) ++after_at_;
     still_ = true;
     for (std::size_t k = step + 1; still_ && k <= after_at_; ++k)
-      still_ = near(step, k, kStillGain);
+      still_ = near(step, k, still_gain);
     after_ = still_ ? before_ : gains_at(after_at_);
   }
   if (still_) return {&before_, &before_, 0, 0};

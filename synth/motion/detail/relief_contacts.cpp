@@ -14,7 +14,7 @@ using render::maps::SurfaceMap;
 
 namespace {
 
-constexpr double kNothing = std::numeric_limits<double>::infinity();
+constexpr double nothing = std::numeric_limits<double>::infinity();
 
 bool on_face(const Vector2d& uv, const Vector2d& size) {
   return uv.x() >= 0 && uv.y() >= 0 && uv.x() <= size.x() && uv.y() <= size.y();
@@ -29,8 +29,8 @@ std::vector<ReliefContact> spread_out(std::vector<ReliefContact> all) {
       all.begin(), all.end(),
       [](const ReliefContact& a, const ReliefContact& b) { return a.depth < b.depth; });
   kept.push_back(*deepest);
-  std::vector<double> distance(all.size(), kNothing);
-  while (kept.size() < std::min(kMaxReliefContacts, all.size())) {
+  std::vector<double> distance(all.size(), nothing);
+  while (kept.size() < std::min(max_relief_contacts, all.size())) {
     std::size_t farthest = 0;
     for (std::size_t k = 0; k < all.size(); ++k) {
       distance[k] = std::min(distance[k], (all[k].point - kept.back().point).squaredNorm());
@@ -51,7 +51,7 @@ struct BallSide {
 
   double height(const Vector2d& uv) const {
     const double inside = radius * radius - (uv - centre.head<2>()).squaredNorm();
-    return inside > 0 ? centre.z() - std::sqrt(inside) : kNothing;
+    return inside > 0 ? centre.z() - std::sqrt(inside) : nothing;
   }
 };
 
@@ -126,21 +126,20 @@ std::vector<ReliefContact> ball_on_relief(const ReliefPeaks& peaks, const Vector
   }
   const auto distance_at = [&](int u, int v) {
     const Vector2d uv = centre_of(relief, u, v);
-    if (!texels.have(u, v) || !((uv - middle).squaredNorm() < reach * reach)) return kNothing;
+    if (!texels.have(u, v) || !((uv - middle).squaredNorm() < reach * reach)) return nothing;
     const double height = ball.height(uv);
     // Above the face it is above its relief.
-    return height < 0 ? height - peaks.height(u, v) : kNothing;
+    return height < 0 ? height - peaks.height(u, v) : nothing;
   };
-  constexpr int kWidth = ReliefPeaks::kSide + 2;
-  std::array<double, static_cast<std::size_t>(kWidth) * kWidth> distances;  // a block's, and around
+  constexpr int width = ReliefPeaks::side + 2;
+  std::array<double, static_cast<std::size_t>(width) * width> distances;  // a block's, and around
   for (const ReliefPeaks::Block& block : peaks.blocks(texels)) {
     const Texels& own = block.texels;
     const Vector2d first = centre_of(relief, own.from_u, own.from_v);
     const Vector2d last = centre_of(relief, own.to_u - 1, own.to_v - 1);
     if (!(ball.height(middle.cwiseMax(first).cwiseMin(last)) - block.highest < near)) continue;
     const auto at = [&](int u, int v) -> double& {
-      return distances[static_cast<std::size_t>((v - own.from_v + 1) * kWidth + u - own.from_u +
-                                                1)];
+      return distances[static_cast<std::size_t>((v - own.from_v + 1) * width + u - own.from_u + 1)];
     };
     for (int v = own.from_v - 1; v <= own.to_v; ++v) {
       for (int u = own.from_u - 1; u <= own.to_u; ++u) at(u, v) = distance_at(u, v);

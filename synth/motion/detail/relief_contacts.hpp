@@ -16,9 +16,9 @@ struct ReliefContact {
 };
 
 /// At the most so many contacts of one pair, as in Bullet's manifolds.
-inline constexpr std::size_t kMaxReliefContacts = 4;
+inline constexpr std::size_t max_relief_contacts = 4;
 
-/// The deepest, then those farthest from all that were taken, kMaxReliefContacts at the most.
+/// The deepest, then those farthest from all that were taken, max_relief_contacts at the most.
 std::vector<ReliefContact> spread_out(std::vector<ReliefContact> all);
 
 /// Directional penetration depth (Otaduy et al. 2004; dissertation 5.3.1): the body's lower side is

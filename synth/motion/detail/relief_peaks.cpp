@@ -11,10 +11,10 @@ using Eigen::Vector2d;
 
 namespace {
 
-constexpr int kSide = ReliefPeaks::kSide;
+constexpr int side = ReliefPeaks::side;
 
 int blocks_along(int texels) {
-  return (texels + kSide - 1) / kSide;
+  return (texels + side - 1) / side;
 }
 
 /// Texels [from, to) along one axis, in the block of this number.
@@ -26,18 +26,18 @@ struct Stretch {
 std::vector<Stretch> stretches(int from, int to, int count, bool repeats) {
   std::vector<Stretch> result;
   if (!repeats) {
-    const int first = static_cast<int>(std::floor(static_cast<double>(from) / kSide));
-    for (int block = first; block * kSide < to; ++block) {
+    const int first = static_cast<int>(std::floor(static_cast<double>(from) / side));
+    for (int block = first; block * side < to; ++block) {
       result.push_back(
-          {block * kSide, (block + 1) * kSide, std::clamp(block, 0, blocks_along(count) - 1)});
+          {block * side, (block + 1) * side, std::clamp(block, 0, blocks_along(count) - 1)});
     }
     return result;
   }
   const int first = static_cast<int>(std::floor(static_cast<double>(from) / count));
   for (int begin = first * count; begin < to; begin += count) {
     for (int block = 0; block < blocks_along(count); ++block) {
-      const int low = begin + block * kSide;
-      const int high = std::min(low + kSide, begin + count);
+      const int low = begin + block * side;
+      const int high = std::min(low + side, begin + count);
       if (high > from && low < to) result.push_back({low, high, block});
     }
   }
@@ -68,10 +68,10 @@ ReliefPeaks::ReliefPeaks(std::shared_ptr<const render::maps::SurfaceMap> relief)
       const int column = std::clamp(u, 0, relief_->width - 1);
       const double height = render::maps::height_at(*relief_, centre_of(*relief_, u, v));
       if (row == v && column == u) heights_.push_back(height);
-      Peak& peak = peaks_[static_cast<std::size_t>(row / kSide * columns_ + column / kSide)];
+      Peak& peak = peaks_[static_cast<std::size_t>(row / side * columns_ + column / side)];
       if (!(height > peak.height)) continue;
-      peak = {height, static_cast<std::int8_t>(column % kSide),
-              static_cast<std::int8_t>(row % kSide)};
+      peak = {height, static_cast<std::int8_t>(column % side),
+              static_cast<std::int8_t>(row % side)};
     }
   }
 }

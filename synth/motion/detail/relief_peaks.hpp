@@ -29,7 +29,7 @@ Texels texels_within(const render::maps::SurfaceMap& map, const Eigen::Vector2d&
 /// looked at closer.
 class ReliefPeaks {
  public:
-  static constexpr int kSide = 8;  ///< of a block [texel]
+  static constexpr int side = 8;  ///< of a block [texel]
 
   /// @param relief  a map with heights
   explicit ReliefPeaks(std::shared_ptr<const render::maps::SurfaceMap> relief);

@@ -7,7 +7,7 @@
 namespace carillon::synth::motion {
 
 /// Octaves of modes, from 20 Hz on.
-inline constexpr std::size_t kModeOctaves = 11;
+inline constexpr std::size_t mode_octaves = 11;
 /// Which one a mode belongs to: the first below 40 Hz, the last from 20480 Hz on.
 std::size_t octave_of(double eigenvalue);
 

@@ -5,7 +5,7 @@ namespace carillon::synth::motion {
 namespace {
 
 /// Share of an overlong string that is taken back in a step: little, as it is done by velocity.
-constexpr btScalar kCorrection = 0.05;
+constexpr btScalar correction = 0.05;
 
 }  // namespace
 
@@ -33,7 +33,7 @@ void StringConstraint::getInfo2(btConstraintInfo2* info) {
   }
   // The string's end may move away by what is slack, and comes back by what is too long.
   const btScalar slack = length_ - distance;
-  info->m_constraintError[0] = -slack * info->fps * (slack > 0 ? btScalar(1) : kCorrection);
+  info->m_constraintError[0] = -slack * info->fps * (slack > 0 ? btScalar(1) : correction);
   info->m_lowerLimit[0] = 0;
   info->m_upperLimit[0] = SIMD_INFINITY;
 }

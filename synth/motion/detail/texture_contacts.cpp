@@ -95,7 +95,8 @@ class Changer {
     const btVector3& on_face =
         sides.face_is_second ? point.m_positionWorldOnB : point.m_positionWorldOnA;
     const Vec3 here = face.to_face(unit_ * from_bullet(on_face));
-    return outward(point, sides).dot(face.axes.col(2)) >= kOnFace && within(here, texture.size);
+    return outward(point, sides).dot(face.axes.col(2)) >= on_face_limit &&
+           within(here, texture.size);
   }
 
   /// Whether the bodies meet on the textured face, not on another side of its body.

@@ -11,7 +11,7 @@
 namespace carillon::synth::motion {
 
 /// Contacts whose normal is nearer than this to a face's (cosine) are contacts on the face.
-inline constexpr double kOnFace = 0.7;
+inline constexpr double on_face_limit = 0.7;
 
 /// Contacts on textured faces as the textures have them (simulate_motion()); others stay.
 /// @param shapes     of the bodies, whose numbers are the objects' user indices

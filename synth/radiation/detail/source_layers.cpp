@@ -19,17 +19,17 @@ using std::numbers::pi;
 /// Depth of the sources: this fraction of the distance between layers, and of the largest ball
 /// inside that touches the surface there, so that walls hold them in their middle and edges are not
 /// met.
-constexpr double kDepthOfSpacing = 0.5;
-constexpr double kDepthOfBall = 0.8;
+constexpr double depth_of_spacing = 0.5;
+constexpr double depth_of_ball = 0.8;
 /// Flux between patches nearer than this many times their spacing is exact.
-constexpr double kNear = 2;
+constexpr double near_limit = 2;
 /// A point stands for its triangle: it is smeared out over this fraction of the area's square root.
-constexpr double kCore = 0.3;
+constexpr double core_fraction = 0.3;
 /// The mean of 1/r over pairs of points of a disc is 16 / (3 pi radius); 1 / this fraction of the
 /// square root of its area gives the same.
-constexpr double kSoftening = 0.333;
+constexpr double softening = 0.333;
 /// In which power is taken.
-constexpr int kDirections = 200;
+constexpr int directions = 200;
 
 double monopole_flux(const Vec3& from_source, const Vec3& area) {
   const double r = from_source.norm();
@@ -62,7 +62,7 @@ void add_static_flux(const surface::OuterTriangles& surface, SourceLayers& layer
     for (Eigen::Index column = 0; column < count; ++column) {
       const auto j = static_cast<std::size_t>(column);
       const double distance = (patches.centres[i] - patches.centres[j]).norm();
-      const bool near = distance < kNear * patches.spacing ||
+      const bool near = distance < near_limit * patches.spacing ||
                         distance < patches.radii[i] + patches.radii[j] + patches.spacing;
       if (!near) {
         const Vec3 way = patches.centres[i] - layers.patch_points[j];
@@ -72,7 +72,7 @@ void add_static_flux(const surface::OuterTriangles& surface, SourceLayers& layer
       }
       for (const int t : patches.members[j]) {
         const Vec3& point = layers.points[static_cast<std::size_t>(t)];
-        const double core = kCore * std::sqrt(surface.areas[static_cast<std::size_t>(t)]);
+        const double core = core_fraction * std::sqrt(surface.areas[static_cast<std::size_t>(t)]);
         double angle = 0;
         for (const int u : patches.members[i]) {
           const auto& c = surface.mesh.triangles[static_cast<std::size_t>(u)];
@@ -127,7 +127,7 @@ SourceLayers source_layers(const surface::OuterTriangles& surface, std::size_t p
   for (std::size_t t = 0; t < surface.size(); ++t) {
     const Vec3 normal =
         surface.areas[t] > 0 ? Vec3(surface.area_vectors[t] / surface.areas[t]) : Vec3::Zero();
-    const double depth = std::min(kDepthOfSpacing * spacing, kDepthOfBall * radii[t]);
+    const double depth = std::min(depth_of_spacing * spacing, depth_of_ball * radii[t]);
     layers.points.push_back(surface.centres[t] - depth * normal);
     layers.directions.push_back(normal);
     middle += surface.areas[t] / surface.area * layers.points[t];
@@ -167,7 +167,7 @@ Eigen::MatrixXcd layer_fluxes(const SourceLayers& layers, double wavenumber) {
     for (Eigen::Index row = 0; row < count; ++row) {
       const auto i = static_cast<std::size_t>(row);
       const Vec3 way = patches.centres[i] - layers.patch_points[j];
-      const double r = std::sqrt(way.squaredNorm() + kSoftening * kSoftening * patches.areas[i]);
+      const double r = std::sqrt(way.squaredNorm() + softening * softening * patches.areas[i]);
       const double along = way.dot(patches.normals[i]) / r;
       const double across = patches.normals[i].dot(direction);
       const WaveParts wave_part = wave_parts(wavenumber * r);
@@ -195,10 +195,10 @@ Eigen::VectorXd radiated_power(const SourceLayers& layers, double wavenumber,
   const auto count = static_cast<Eigen::Index>(layers.patch_points.size());
   // Far away a dipole is i k cos(angle) of a monopole.
   const Complex monopoles(1 / layers.size, wavenumber);
-  Eigen::MatrixXcd rays(kDirections, count);
-  for (int i = 0; i < kDirections; ++i) {
+  Eigen::MatrixXcd rays(directions, count);
+  for (int i = 0; i < directions; ++i) {
     // Points of a spiral (Saff and Kuijlaars 1997), equal in area.
-    const double z = 1 - (2 * i + 1.0) / kDirections;
+    const double z = 1 - (2 * i + 1.0) / directions;
     const double turn = pi * (3 - std::sqrt(5.0)) * i;
     const double across = std::sqrt(1 - z * z);
     const Vec3 way(across * std::cos(turn), across * std::sin(turn), z);
@@ -213,7 +213,7 @@ Eigen::VectorXd radiated_power(const SourceLayers& layers, double wavenumber,
   const Eigen::MatrixXcd pressures = rays * (layers.patch_strengths * strengths);
   // |p|^2 r^2 / (2 rho c) over the sphere, p r = sum / (4 pi).
   return pressures.colwise().squaredNorm().transpose() /
-         (8 * pi * modal::kAirDensity * modal::kSoundSpeed * kDirections);
+         (8 * pi * modal::air_density * modal::speed_of_sound * directions);
 }
 
 }  // namespace carillon::synth::radiation

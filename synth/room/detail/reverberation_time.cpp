@@ -162,14 +162,14 @@ std::vector<double> octave_band(std::span<const double> signal, double sample_ra
   signal::RealFft fft(signal::good_fft_size(signal.size() + ringing));
   std::fill(std::copy(signal.begin(), signal.end(), fft.signal().begin()), fft.signal().end(), 0.0);
   fft.forward();
-  constexpr double kHalfWidth = 1.0 / 16;  // the edges are crossed within the outer eighths
+  constexpr double half_width = 1.0 / 16;  // the edges are crossed within the outer eighths
   const double low = centre / std::numbers::sqrt2, high = centre * std::numbers::sqrt2;
-  const double inward = std::exp2(kHalfWidth);
+  const double inward = std::exp2(half_width);
   for (std::size_t k = 0; k < fft.bins(); ++k) {
     const double f = static_cast<double>(k) * sample_rate / static_cast<double>(fft.size());
     fft.spectrum()[k] *= f <= low || f >= high ? 0.0
-                                               : crossing(f, low * inward, kHalfWidth) *
-                                                     (1 - crossing(f, high / inward, kHalfWidth));
+                                               : crossing(f, low * inward, half_width) *
+                                                     (1 - crossing(f, high / inward, half_width));
   }
   fft.inverse();
   return {fft.signal().begin(), fft.signal().begin() + static_cast<std::ptrdiff_t>(signal.size())};

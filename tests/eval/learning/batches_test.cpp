@@ -63,12 +63,12 @@ TEST_P(Batches, HoldEverySampleOnceWithItsOwnValuesInAnOrderOfTheSeed) {
   learning::Batch batch;
   ASSERT_TRUE(reader.next(10, batch));
   for (std::size_t i = 0; i < 10; ++i) {
-    std::vector<float> own(96), body(1728);
+    std::vector<float> own(96), object(1728);
     source.read(learning::Sense::spectrogram, std::vector<std::uint32_t>{batch.rows[i]}, own);
-    source.read(learning::Sense::voxels, std::vector<std::uint32_t>{batch.rows[i] % 3}, body);
+    source.read(learning::Sense::voxels, std::vector<std::uint32_t>{batch.rows[i] % 3}, object);
     EXPECT_TRUE(std::equal(own.begin(), own.end(),
                            batch.senses[0].begin() + static_cast<std::ptrdiff_t>(i * 96)));
-    EXPECT_TRUE(std::equal(body.begin(), body.end(),
+    EXPECT_TRUE(std::equal(object.begin(), object.end(),
                            batch.senses[1].begin() + static_cast<std::ptrdiff_t>(i * 1728)));
     EXPECT_EQ(batch.labels[i], batch.rows[i] % 3);
   }

@@ -27,8 +27,8 @@ class Dataset : public testing::Test {
     file.write<std::string>("key", keys, {sounds});
     const std::vector<std::string> shapes = {"a", "a", "b", "b"};
     file.write<std::string>("shape", shapes, {sounds});
-    const std::vector<std::uint32_t> bodies = {0, 0, 1, 1};
-    file.write<std::uint32_t>("shape_index", bodies, {sounds});
+    const std::vector<std::uint32_t> objects = {0, 0, 1, 1};
+    file.write<std::uint32_t>("shape_index", objects, {sounds});
     std::vector<float> audio;
     for (std::uint64_t s = 0; s < sounds; ++s) {
       for (std::uint64_t l = 0; l < listeners; ++l) {
@@ -95,12 +95,12 @@ TEST_F(Dataset, MakesSpectrogramsWhereNoneAreStored) {
   EXPECT_LT(loudest_band(*first), loudest_band(*second));  // 500 and 2,500 Hz
 }
 
-TEST_F(Dataset, GivesWhatIsOfBodiesOnceForEach) {
+TEST_F(Dataset, GivesWhatIsOfObjectsOnceForEach) {
   const auto source = learning::open_dataset_source(folder_.path(), 0);
   const learning::SenseLayout voxels = learning::require_layout(*source, learning::Sense::voxels);
   EXPECT_TRUE(voxels.of_objects);
   EXPECT_EQ(voxels.entries, 2U);
-  EXPECT_EQ(source->bodies(), (std::vector<std::uint32_t>{0, 0, 1, 1}));
+  EXPECT_EQ(source->objects(), (std::vector<std::uint32_t>{0, 0, 1, 1}));
   std::vector<float> values(16);
   source->read(learning::Sense::voxels, std::vector<std::uint32_t>{0, 1}, values);
   for (std::size_t i = 0; i < 16; ++i) EXPECT_EQ(values[i], i == 3 || i == 13 ? 1 : -1) << i;
@@ -149,20 +149,20 @@ TEST_F(Dataset, GivesTouchByAxesOfUnitRootMeanSquare) {
   EXPECT_NEAR(values[ticks] / values[0], 17.0 / 16.0, 1e-5);  // y of the first tick
 }
 
-TEST_F(Dataset, CallsBodiesAndStrikesAlikeInOtherDatasets) {
+TEST_F(Dataset, CallsObjectsAndStrikesAlikeInOtherDatasets) {
   const auto source = learning::open_dataset_source(folder_.path(), 0);
-  const std::vector<std::string> bodies = source->object_names(), names = source->strike_names();
-  EXPECT_EQ(bodies[0], bodies[1]);
-  EXPECT_NE(bodies[1], bodies[2]);
+  const std::vector<std::string> objects = source->object_names(), names = source->strike_names();
+  EXPECT_EQ(objects[0], objects[1]);
+  EXPECT_NE(objects[1], objects[2]);
   EXPECT_NE(names[0], names[1]);
   auto description = nlohmann::json::parse(core::read_file(folder_.path() / "dataset.json"));
   description["seed"] = 8;
   description["shapes"][1]["request"]["shape"]["length"] = "other";
   core::write_text_durably(folder_.path() / "dataset.json", description.dump());
   const auto other = learning::open_dataset_source(folder_.path(), 0);
-  EXPECT_EQ(other->object_names()[0], bodies[0]);
-  EXPECT_NE(other->object_names()[2], bodies[2]);  // another object of the same name
-  EXPECT_NE(other->strike_names()[0], names[0]);   // another seed: struck elsewhere
+  EXPECT_EQ(other->object_names()[0], objects[0]);
+  EXPECT_NE(other->object_names()[2], objects[2]);  // another object of the same name
+  EXPECT_NE(other->strike_names()[0], names[0]);    // another seed: struck elsewhere
 }
 
 }  // namespace

@@ -181,10 +181,10 @@ TEST(SavedLearner, AnswersAsItDid) {
   const auto scores = learner.predict(source, samples, rows, {});
   EXPECT_EQ(loaded.predict(source, samples, rows, {}), scores);
   // One at a time, from prepared values.
-  std::vector<float> sound(96), body(1728);
+  std::vector<float> sound(96), object(1728);
   source.read(learning::Sense::spectrogram, std::vector<std::uint32_t>{rows[0]}, sound);
-  source.read(learning::Sense::voxels, std::vector<std::uint32_t>{rows[0] % 3}, body);
-  const auto alone = loaded.logits_of({sound, body});
+  source.read(learning::Sense::voxels, std::vector<std::uint32_t>{rows[0] % 3}, object);
+  const auto alone = loaded.logits_of({sound, object});
   for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(alone[c], scores[c], 1e-5);
 }
 

@@ -27,14 +27,14 @@ class MadeSource final : public learning::SampleSource {
     for (std::size_t i = 0; i < samples_; ++i) keys.push_back("sample-" + std::to_string(i));
     return keys;
   }
-  std::vector<std::uint32_t> bodies() const override {
-    std::vector<std::uint32_t> bodies;
+  std::vector<std::uint32_t> objects() const override {
+    std::vector<std::uint32_t> objects;
     for (std::size_t i = 0; i < samples_; ++i) {
-      bodies.push_back(static_cast<std::uint32_t>(i % classes_));
+      objects.push_back(static_cast<std::uint32_t>(i % classes_));
     }
-    return bodies;
+    return objects;
   }
-  std::vector<std::string> object_names() const override { return labels("body"); }
+  std::vector<std::string> object_names() const override { return labels("object"); }
   std::vector<std::string> strike_names() const override { return keys(); }
   std::vector<std::string> labels(const std::string& column) const override {
     if (const auto own = columns.find(column); own != columns.end()) return own->second;

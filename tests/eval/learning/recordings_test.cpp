@@ -39,10 +39,11 @@ class Recordings : public testing::Test {
     core::write_wav(folder_.path() / name, clip, core::SampleFormat::float32);
   }
   /// Objects of two materials, three simulations each.
-  void put_bodies() {
-    for (const char* body : {"glass/cup", "glass/bowl", "wood/spoon", "wood/bowl"}) {
+  void put_objects() {
+    for (const char* object : {"glass/cup", "glass/bowl", "wood/spoon", "wood/bowl"}) {
       for (int take = 0; take < 3; ++take) {
-        put(std::string(body) + "-" + std::to_string(take) + ".wav", struck(500 + 100 * tones_++));
+        put(std::string(object) + "-" + std::to_string(take) + ".wav",
+            struck(500 + 100 * tones_++));
       }
     }
   }
@@ -68,7 +69,7 @@ class Recordings : public testing::Test {
 };
 
 TEST_F(Recordings, HaveLabelsInTheirNames) {
-  put_bodies();
+  put_objects();
   const auto source = learning::open_recordings(spec("{material}/{shape}-*.wav"));
   ASSERT_EQ(source->size(), 12U);
   EXPECT_EQ(source->keys()[0], "glass/bowl-0.wav");
@@ -76,8 +77,8 @@ TEST_F(Recordings, HaveLabelsInTheirNames) {
   EXPECT_EQ(source->labels("shape")[0], "bowl");
   EXPECT_EQ(source->labels("shape")[11], "spoon");
   // Objects are told apart by their column: here both bowls are one.
-  const std::vector<std::uint32_t> bodies = source->bodies();
-  EXPECT_EQ(std::set(bodies.begin(), bodies.end()).size(), 3U);
+  const std::vector<std::uint32_t> objects = source->objects();
+  EXPECT_EQ(std::set(objects.begin(), objects.end()).size(), 3U);
   EXPECT_NE(error_of(spec("{material}/cup-*"), "").find("bowl-0.wav does not fit"),
             std::string::npos);
   EXPECT_NE(error_of(spec("*.wav")).find("hold no label"), std::string::npos);
@@ -96,10 +97,10 @@ TEST_F(Recordings, OfNamesThatCanBeReadInTwoWaysAreRefused) {
 }
 
 TEST_F(Recordings, HaveLabelsInATable) {
-  put_bodies();
+  put_objects();
   learning::RecordingsSpec own = spec("");
   own.table = folder_.path() / "labels.csv";
-  own.body = "owner";
+  own.object = "owner";
   std::ofstream(own.table) << "owner,file,material,split\n"
                               "\"Ann, of old\", wood/spoon-1.wav,wood,test\r\n\n"
                               "Bo,glass/cup-0.wav,glass,train\n";
@@ -117,7 +118,7 @@ TEST_F(Recordings, HaveLabelsInATable) {
   EXPECT_NE(error_of(own).find("no column \"file\""), std::string::npos);
   std::ofstream(own.table) << "file,shape,shape\nglass/cup-0.wav,a,b\n";
   EXPECT_NE(error_of(own).find("\"shape\" stands here twice"), std::string::npos);
-  own.body.clear();
+  own.object.clear();
   std::ofstream(own.table) << "file,material,,\nglass/cup-0.wav,glass,,\n";
   EXPECT_EQ(error_of(own), "");
   std::ofstream(own.table) << "file,material\nglass/cup-0.wav,m\xFCll\n";
@@ -127,7 +128,7 @@ TEST_F(Recordings, HaveLabelsInATable) {
 }
 
 TEST_F(Recordings, StayInTheirPartsAsMoreCome) {
-  put_bodies();
+  put_objects();
   learning::RecordingsSpec half = spec("{material}/{shape}-*");
   half.validation = 0.3;
   half.test = 0.3;

@@ -250,7 +250,7 @@ TEST(SelectedSamples, AreThoseOfTheirSources) {
             (std::vector<std::string>{"train", "train", "test", "validation"}));
   EXPECT_EQ(source->labels("kind"),
             (std::vector<std::string>{"class-2", "class-2", "class-1", "class-1"}));
-  EXPECT_EQ(source->bodies(), (std::vector<std::uint32_t>{2, 2, 4, 4}));
+  EXPECT_EQ(source->objects(), (std::vector<std::uint32_t>{2, 2, 4, 4}));
   for (const learning::Sense sense : {learning::Sense::spectrogram, learning::Sense::voxels}) {
     const auto layout = source->layout(sense).value();
     EXPECT_EQ(layout.entries, sense == learning::Sense::voxels ? 6U : 4U);
@@ -260,9 +260,10 @@ TEST(SelectedSamples, AreThoseOfTheirSources) {
     std::vector<float> values(all.size() * each), own(each);
     EXPECT_EQ(source->read(sense, all, values), std::vector<bool>(all.size(), true));
     for (const std::uint32_t entry : all) {
-      const bool body = sense == learning::Sense::voxels;
-      MadeSource& theirs = (body ? entry / 3 : entry / 2) == 0 ? first : second;
-      const std::uint32_t row = body ? entry % 3 : std::vector<std::uint32_t>{2, 50, 4, 40}[entry];
+      const bool object = sense == learning::Sense::voxels;
+      MadeSource& theirs = (object ? entry / 3 : entry / 2) == 0 ? first : second;
+      const std::uint32_t row =
+          object ? entry % 3 : std::vector<std::uint32_t>{2, 50, 4, 40}[entry];
       theirs.read(sense, std::vector<std::uint32_t>{row}, own);
       EXPECT_TRUE(std::equal(own.begin(), own.end(), values.begin() + entry * each)) << entry;
     }

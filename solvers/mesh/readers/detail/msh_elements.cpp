@@ -5,7 +5,7 @@
 namespace carillon::solvers::mesh::readers {
 namespace {
 
-constexpr MshElementKind kKinds[] = {
+constexpr MshElementKind kinds[] = {
     {1, 2, 1, "line"},
     {2, 3, 2, "triangle"},
     {3, 4, 2, "quadrangle"},
@@ -82,7 +82,7 @@ void add_triangle(Tuple a, Tuple b, Tuple c, int order, std::vector<Tuple>& poin
 }  // namespace
 
 const MshElementKind* find_msh_element(std::int64_t number) {
-  for (const MshElementKind& kind : kKinds) {
+  for (const MshElementKind& kind : kinds) {
     if (kind.number == number) return &kind;
   }
   return nullptr;
@@ -93,10 +93,10 @@ std::vector<Tuple> gmsh_tetrahedron_lattice(int order) {
   for (std::size_t i = 0; i < 4; ++i) corner[i][i] = order;
   std::vector<Tuple> points(corner.begin(), corner.end());
   // MTetrahedron::edges_tetra and faces_tetra.
-  static constexpr std::size_t kEdges[6][2] = {{0, 1}, {1, 2}, {2, 0}, {3, 0}, {3, 2}, {3, 1}};
-  static constexpr std::size_t kFaces[4][3] = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {3, 1, 2}};
-  for (const auto& edge : kEdges) add_edge(corner[edge[0]], corner[edge[1]], order, points);
-  for (const auto& face : kFaces) {
+  static constexpr std::size_t edges[6][2] = {{0, 1}, {1, 2}, {2, 0}, {3, 0}, {3, 2}, {3, 1}};
+  static constexpr std::size_t faces[4][3] = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {3, 1, 2}};
+  for (const auto& edge : edges) add_edge(corner[edge[0]], corner[edge[1]], order, points);
+  for (const auto& face : faces) {
     std::vector<Tuple> all;
     add_triangle(corner[face[0]], corner[face[1]], corner[face[2]], order, all);
     // Those of the rim are there already.

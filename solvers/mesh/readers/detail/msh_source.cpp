@@ -13,13 +13,13 @@
 namespace carillon::solvers::mesh::readers {
 namespace {
 
-constexpr std::string_view kSpace = " \t\r\n\v\f";
+constexpr std::string_view space = " \t\r\n\v\f";
 
 }  // namespace
 
 std::string_view MshSource::word() {
-  position_ = std::min(bytes_.find_first_not_of(kSpace, position_), bytes_.size());
-  const std::size_t end = std::min(bytes_.find_first_of(kSpace, position_), bytes_.size());
+  position_ = std::min(bytes_.find_first_not_of(space, position_), bytes_.size());
+  const std::size_t end = std::min(bytes_.find_first_of(space, position_), bytes_.size());
   const std::string_view found = bytes_.substr(position_, end - position_);
   position_ = end;
   return found;

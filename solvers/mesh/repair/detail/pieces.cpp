@@ -17,7 +17,7 @@ namespace carillon::solvers::mesh::repair {
 namespace {
 
 /// Enough to find every pair of pieces that meet in all but absurd input.
-constexpr std::size_t kPiecePairLimit = 1000000;
+constexpr std::size_t piece_pair_limit = 1000000;
 
 void turn_over(SurfaceMesh& mesh) {
   for (Triangle& t : mesh.triangles) std::swap(t[1], t[2]);
@@ -27,7 +27,7 @@ void turn_over(SurfaceMesh& mesh) {
 std::optional<std::vector<std::vector<std::size_t>>> meeting_groups(
     const SurfaceMesh& mesh, const std::vector<std::int32_t>& component, std::size_t pieces) {
   core::DisjointSets meeting(pieces);
-  for (const auto& [s, t] : intersecting_pairs(mesh, kPiecePairLimit)) {
+  for (const auto& [s, t] : intersecting_pairs(mesh, piece_pair_limit)) {
     if (component[s] == component[t]) return {};
     meeting.join(static_cast<std::size_t>(component[s]), static_cast<std::size_t>(component[t]));
   }

@@ -60,12 +60,12 @@ std::int64_t count_nonmanifold_vertices(const SurfaceMesh& mesh) {
       }
     }
   });
-  constexpr std::size_t kNone = static_cast<std::size_t>(-1);
-  std::vector<std::size_t> fan(mesh.vertices.size(), kNone);
+  constexpr std::size_t none = static_cast<std::size_t>(-1);
+  std::vector<std::size_t> fan(mesh.vertices.size(), none);
   std::vector<bool> several(mesh.vertices.size(), false);
   for (std::size_t c = 0; c < fans.size(); ++c) {
     const auto vertex = static_cast<std::size_t>(mesh.triangles[c / 3][c % 3]);
-    if (fan[vertex] == kNone) fan[vertex] = fans.find(c);
+    if (fan[vertex] == none) fan[vertex] = fans.find(c);
     if (fan[vertex] != fans.find(c)) several[vertex] = true;
   }
   return std::count(several.begin(), several.end(), true);
