@@ -84,7 +84,7 @@ ExportedRows::ExportedRows(const core::Hdf5Group& index, const std::string& spli
   if (!index.has(split) || index.is_group(split) || !index.is_text(split)) {
     throw core::InputError(
         fmt::format("there is no split \"{}\"", split),
-        "split_shape holds out whole objects, split_strike strikes of each body");
+        "split_shape holds out whole objects, split_strike strikes of each object");
   }
   keys_ = index.read<std::string>("key");
   parts_ = index.read<std::string>(split);

@@ -33,7 +33,7 @@ std::vector<SolverChoice> plan_solver(const configuration::BuildConfig& config) 
   std::vector<SolverChoice> list;
   list.push_back({"order", config.mesh.order, fmt::format("{}", config.mesh.order),
                   refined ? "the first setting; the pitch target chooses from 2 to 4"
-                          : "of the elements, the same for every body"});
+                          : "of the elements, the same for every object"});
   list.push_back({"element_size", size > 0 ? json(size) : json(),
                   size > 0 ? fmt::format("{:.4g} m", size) : "automatic",
                   std::string(size > 0 ? "largest edge"

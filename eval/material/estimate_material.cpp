@@ -100,7 +100,7 @@ MaterialEstimate estimate_material(std::span<const double> samples, const featur
         fmt::format("no specific modulus between {:.3g} and {:.3g} m^2/s^2 makes a mode of the "
                     "assumed object sound like a feature",
                     options.starts.min_modulus, options.starts.max_modulus),
-        "check the object's size, and whether the recording is of this body");
+        "check the object's size, and whether the recording is of this object");
   }
 
   const damping::DampingData data = damping::damping_data(set.features);

@@ -57,7 +57,7 @@ std::vector<std::size_t> read_sounds(ConfigNode& node, const EvaluatedDatasets& 
     const std::size_t most = condition.build->config.scene.strikes_per_object();
     if (sounds.back() <= most) continue;
     node.fail("sound_counts",
-              fmt::format("{} sounds cannot be drawn of {}, the strikes of each body",
+              fmt::format("{} sounds cannot be drawn of {}, the strikes of each object",
                           sounds.back(), most),
               "ask for fewer, or raise strikes.per_object");
   }

@@ -190,7 +190,7 @@ SceneEffect read(core::ConfigNode& root, const Scene&) {
 }  // namespace
 
 const Effect supports_effect = {.name = "supports",
-                                .description = "damping by what holds the body",
+                                .description = "damping by what holds the object",
                                 .key = "supports",
                                 .stage = "rings",
                                 .read = read};

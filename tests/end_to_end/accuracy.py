@@ -263,7 +263,7 @@ class Failures(FolderTest):
         self.assertEqual(result.returncode, 3, result.stderr)
         sheet, ring = json.loads((output / "accuracy.json").read_text())["objects"]
         self.assertEqual(sheet["name"], "sheet")
-        self.assertIn("no object", sheet["failure"])
+        self.assertIn("bounds no body", sheet["failure"])
         self.assertFalse(sheet["passed_over"])
         # The target fails, and so does the automatic size of order 3; order 4 stands.
         self.assertNotIn("failure", ring)

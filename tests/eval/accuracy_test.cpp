@@ -87,7 +87,7 @@ TEST(AccuracyConfig, AnObjectIsReadAsInABuild) {
       1e-12);
   EXPECT_NE(refusal(bowl + "    length: 11 m\n").find("outside 1 mm to 10 m"), std::string::npos);
   EXPECT_EQ(refusal(bowl + "    length: 11 m\n    any_size: true\n"), "accepted");
-  EXPECT_NE(refusal("objects:\n  - modelnet: folder\n").find("single bodies"), std::string::npos);
+  EXPECT_NE(refusal("objects:\n  - modelnet: folder\n").find("single objects"), std::string::npos);
   EXPECT_NE(refusal(bowl + "    count: 2\n").find("count: unknown key"), std::string::npos);
 }
 

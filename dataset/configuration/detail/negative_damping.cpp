@@ -20,7 +20,7 @@ double lowest(const solvers::modes::Band& band) {
 std::string what_becomes(const std::string& choice) {
   if (choice == "clamp") return "modes there will be undamped";
   if (choice == "drop") return "modes there will be left out";
-  return "a mode there will fail its body";
+  return "a mode there will fail its object";
 }
 
 }  // namespace

@@ -53,7 +53,7 @@ std::string lost(const plan::BuildPlan& old, const plan::BuildPlan& now) {
     const auto found = shapes.find(shape.id);
     if (found == shapes.end()) return fmt::format("the object {} would go", shape.id);
     if (!same_object(shape, *found->second))
-      return fmt::format("{} would be another body", shape.id);
+      return fmt::format("{} would be another object", shape.id);
     if (shape.split_shape != found->second->split_shape ||
         shape.identity != found->second->identity) {
       return fmt::format("{} would move to another part of the split", shape.id);

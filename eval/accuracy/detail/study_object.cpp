@@ -6,7 +6,7 @@ namespace carillon::eval::accuracy {
 
 solvers::mesh::MeshRequest only_mesh(const core::ConfigNode& node, const scene::Object& object) {
   if (object.modelnet) {
-    node.fail("modelnet", "a study takes single bodies", "name one of its files: `mesh:`");
+    node.fail("modelnet", "a study takes single objects", "name one of its files: `mesh:`");
   }
   solvers::mesh::MeshRequest request =
       core::at_key(node, "parameters", [&] { return scene::mesh_request(object); });

@@ -103,7 +103,7 @@ YAML::Node parse(const std::string& text, const std::string& file) {
 RecognisedObject object_of_class(const fs::path& dataset, const std::string& column,
                                  const std::string& name) {
   if (column != "shape" && column != "family") {
-    throw core::InputError(fmt::format("a class of the column {} is no body", column),
+    throw core::InputError(fmt::format("a class of the column {} is no object", column),
                            "train a task whose column is shape or family");
   }
   const json description = read_description(dataset);
