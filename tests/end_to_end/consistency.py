@@ -40,7 +40,7 @@ motion:
       friction: 0.7
       restitution: 0.1
   stylus:
-    object: floor
+    body: floor
     path: [{u: 100 mm, v: 32.5 mm}, {u: 140 mm, v: 32.5 mm}]
     speed: 0.05 m/s
     radius: 0.5 mm
