@@ -12,7 +12,6 @@
 
 namespace carillon::scene {
 
-using synth::room::octave_count;
 using synth::room::OctaveValues;
 
 namespace {

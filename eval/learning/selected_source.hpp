@@ -17,6 +17,7 @@ struct Selection {
   std::uint32_t row = 0;
   std::optional<Part> part{};
 
+  // NOLINTNEXTLINE(modernize-use-nullptr): the zero is the language's own
   auto operator<=>(const Selection&) const = default;
 };
 

@@ -56,18 +56,18 @@ Real impulse_velocity(const modal::RingDown& rings, Real t) {
 
 /// Velocity of a mode under the raised cosine of unit impulse: (s1 I(s1) - s2 I(s2)) / (s1 - s2)
 /// with I(s, t) the convolution of the force with exp(s t), whose three parts are taken one by one.
-Real pulse_velocity(Real lambda, Real d, Real T, Real t) {
+Real pulse_velocity(Real lambda, Real d, Real duration, Real t) {
   using Number = std::complex<Real>;
   const Number root = std::sqrt(Number(d * d - lambda));
   const Number s2 = -d - root, s1 = lambda / s2;
-  const Real turn = 2 * pi / T;
-  const Real until = std::min(t, T);
+  const Real turn = 2 * pi / duration;
+  const Real until = std::min(t, duration);
   const auto convolution = [&](Number s) {
     const auto part = [&](Number frequency) {
       return (std::exp(frequency * until) - std::exp(s * until)) / (frequency - s);
     };
     const Number sum = part(0) - 0.5L * (part({0, turn}) + part({0, -turn}));
-    return sum / T * std::exp(s * (t - until));
+    return sum / duration * std::exp(s * (t - until));
   };
   return ((s1 * convolution(s1) - s2 * convolution(s2)) / (s1 - s2)).real();
 }
