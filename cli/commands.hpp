@@ -33,10 +33,12 @@ void add_report(Program& program, Context& context);
 void add_regenerate(Program& program, Context& context);
 void add_strike(Program& program, Context& context);
 
-/// File systems of clusters refuse locks in ways of their own, and a file's own property, by which
-/// core/hdf5 goes without, does not reach the sources of a virtual dataset. Sets what HDF5 looks at
-/// when it is first called; call it in main(), before there are threads that read the environment.
-void read_without_locks();
+/// What HDF5 and Mesa look at when they are first called; a user's own setting stays. File systems
+/// of clusters refuse locks in ways of their own, and a file's own property, by which core/hdf5
+/// goes without, does not reach the sources of a virtual dataset. Mesa has no worker threads then,
+/// and no files in the user's cache folder that many ranks would write at once. Call it in main(),
+/// before there are threads that read the environment.
+void set_libraries_up();
 
 /// Runs the program: parses, starts what the command needs and calls it, turns errors into messages
 /// and exit codes. Call it first in main(); MPI, PETSc and SLEPc have ended when it returns.

@@ -1,6 +1,6 @@
 #include <fmt/format.h>
 
-#include <algorithm>
+#include <iterator>
 #include <memory>
 
 #include "cli/command_line.hpp"
@@ -28,19 +28,9 @@ struct FitCommandOptions {
   std::string history;
 };
 
-const std::vector<Estimator>& all_estimators() {
-  static const std::vector<Estimator> all = {Estimator::emg, Estimator::emg_relative,
-                                             Estimator::least_squares, Estimator::lower_bound};
-  return all;
-}
-
 std::vector<Estimator> estimators_of(const std::string& word) {
-  if (word == "all") return all_estimators();
-  for (const Estimator estimator : all_estimators()) {
-    if (word == eval::damping::name_of(estimator)) return {estimator};
-  }
-  throw core::InputError(fmt::format("there is no estimator \"{}\"", word),
-                         "emg, emg_relative, least_squares, lower_bound or all");
+  if (word != "all") return {eval::damping::estimator_named(word)};
+  return {std::begin(eval::damping::all_estimators), std::end(eval::damping::all_estimators)};
 }
 
 std::vector<eval::damping::FitSource> read_sources(const FitCommandOptions& options) {

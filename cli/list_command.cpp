@@ -130,7 +130,7 @@ nlohmann::json list_classifiers() {
   nlohmann::json list = nlohmann::json::array();
   for (const eval::learning::Method& method : eval::learning::known_methods()) {
     const nlohmann::ordered_json all = eval::learning::to_json(method);
-    nlohmann::json entry = {{"name", method.name}, {"senses", all.at("senses")}};
+    nlohmann::json entry = {{"name", method.name}, {"modalities", all.at("modalities")}};
     if (method.kind == eval::learning::MethodKind::network) {
       entry["branches"] = all.at("branches");
       if (method.branches.size() > 1) entry["fusion"] = all.at("fusion");

@@ -4,6 +4,6 @@
 
 int main(int argc, char** argv) {
   carillon::mpi::leave_on_interrupt();
-  carillon::cli::read_without_locks();
+  carillon::cli::set_libraries_up();
   return carillon::cli::run(argc, argv, carillon::cli::plain_commands());
 }

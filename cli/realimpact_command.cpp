@@ -34,15 +34,6 @@ struct ImpactOptions {
   std::string output;
 };
 
-eval::damping::Estimator estimator_of(const std::string& name) {
-  for (const auto estimator :
-       {eval::damping::Estimator::emg, eval::damping::Estimator::emg_relative,
-        eval::damping::Estimator::least_squares, eval::damping::Estimator::lower_bound}) {
-    if (name == eval::damping::name_of(estimator)) return estimator;
-  }
-  throw core::InputError(fmt::format("there is no estimator \"{}\"", name));
-}
-
 /// "FIRST,END", counted at 48 kHz, in samples of another rate [Hz].
 eval::recorded::Stretch parse_stretch(const std::string& text, double sample_rate) {
   constexpr double counted_at = 48000;  // Hz, of the dataset and of Hiner's numbers
@@ -78,7 +69,7 @@ eval::recorded_objects::StudyOptions study_options(const ImpactOptions& options,
   study.stretch = parse_stretch(options.stretch, study.sample_rate);
   study.radiation = options.radiation != "off";
   study.law = eval::damping::damping_law(options.model);
-  study.estimator = estimator_of(options.estimator);
+  study.estimator = eval::damping::estimator_named(options.estimator);
   study.min_frequency = band.min_frequency;
   study.max_frequency = std::min(band.max_frequency, 0.475 * study.sample_rate);
   return study;

@@ -138,8 +138,10 @@ int tell(const Reply& reply, Context& context, int argc, char** argv) {
 
 }  // namespace
 
-void read_without_locks() {
+void set_libraries_up() {
   setenv("HDF5_USE_FILE_LOCKING", "FALSE", 0);
+  setenv("LP_NUM_THREADS", "0", 0);
+  setenv("MESA_SHADER_CACHE_DISABLE", "true", 0);
 }
 
 int run(int argc, char** argv, const LearningCommands& learning) {

@@ -10,7 +10,7 @@
 #include <utility>
 #include <variant>
 
-#include "core/config_impl.hpp"
+#include "core/detail/config_impl.hpp"
 #include "core/error.hpp"
 #include "core/files.hpp"
 

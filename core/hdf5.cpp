@@ -5,8 +5,8 @@
 #include <limits>
 #include <map>
 
+#include "core/detail/hdf5_detail.hpp"
 #include "core/error.hpp"
-#include "core/hdf5_detail.hpp"
 
 namespace carillon::core {
 

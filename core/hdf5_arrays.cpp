@@ -5,8 +5,8 @@
 #include <limits>
 #include <type_traits>
 
+#include "core/detail/hdf5_detail.hpp"
 #include "core/hdf5.hpp"
-#include "core/hdf5_detail.hpp"
 
 namespace carillon::core {
 

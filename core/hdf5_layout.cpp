@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 
+#include "core/detail/hdf5_detail.hpp"
 #include "core/hdf5.hpp"
-#include "core/hdf5_detail.hpp"
 
 namespace carillon::core {
 

@@ -181,17 +181,18 @@ std::string units_hint(Dimension dimension) {
 }  // namespace
 
 double parse_quantity(std::string_view text, Dimension dimension) {
-  const std::string_view object = trimmed(text);
+  const std::string_view trimmed_text = trimmed(text);
   // from_chars reads the same in every locale; it takes no plus sign.
-  const bool plus = object.starts_with('+') && !object.starts_with("+-");
-  const std::string_view digits = object.substr(plus ? 1 : 0);
+  const bool plus = trimmed_text.starts_with('+') && !trimmed_text.starts_with("+-");
+  const std::string_view digits = trimmed_text.substr(plus ? 1 : 0);
   double number = 0;
   const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
   if (error == std::errc::result_out_of_range) {
-    throw InputError(fmt::format("\"{}\" is beyond the range of a double", object));
+    throw InputError(fmt::format("\"{}\" is beyond the range of a double", trimmed_text));
   }
   if (error != std::errc() || !std::isfinite(number)) {
-    throw InputError(fmt::format("\"{}\" is not a finite number", object), units_hint(dimension));
+    throw InputError(fmt::format("\"{}\" is not a finite number", trimmed_text),
+                     units_hint(dimension));
   }
   const std::string unit = plain_unit(digits.substr(static_cast<std::size_t>(end - digits.data())));
   if (unit.empty()) return number;
@@ -199,11 +200,11 @@ double parse_quantity(std::string_view text, Dimension dimension) {
     if (known.dimension != dimension || known.name != unit) continue;
     const double value = number * known.times / known.over;
     if (!std::isfinite(value)) {
-      throw InputError(fmt::format("\"{}\" is beyond the range of a double", object));
+      throw InputError(fmt::format("\"{}\" is beyond the range of a double", trimmed_text));
     }
     return value;
   }
-  refuse_unit(object, unit, dimension);
+  refuse_unit(trimmed_text, unit, dimension);
 }
 
 std::string unit_name(Dimension dimension) {

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "mpi/comm.hpp"
-#include "mpi/control_group.hpp"
+#include "mpi/detail/control_group.hpp"
 #include "mpi/process_memory.hpp"
 
 namespace carillon::mpi {

@@ -7,10 +7,10 @@
 #include "core/trace.hpp"
 #include "mpi/backoff.hpp"
 #include "mpi/comm.hpp"
+#include "mpi/detail/work_clock.hpp"
 #include "mpi/failure.hpp"
 #include "mpi/interrupt.hpp"
 #include "mpi/task_service.hpp"
-#include "mpi/work_clock.hpp"
 
 namespace carillon::mpi {
 

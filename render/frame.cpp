@@ -10,10 +10,10 @@
 #include <vector>
 
 #include "core/error.hpp"
-#include "render/drawing.hpp"
-#include "render/frame_shaders.hpp"
-#include "render/offscreen.hpp"
-#include "render/shading_code.hpp"
+#include "render/detail/drawing.hpp"
+#include "render/detail/frame_shaders.hpp"
+#include "render/detail/offscreen.hpp"
+#include "render/detail/shading_code.hpp"
 #include "render/shading_mesh.hpp"
 
 namespace carillon::render {
@@ -101,7 +101,8 @@ class FrameRenderer {
   FrameRenderer()
       : shadow_program_(make_program(shadow_vertex, shadow_fragment)),
         background_program_(make_program(background_vertex, background_fragment)),
-        body_program_(make_program(body_vertex, std::string(version) + shading + body_fragment)),
+        body_program_(
+            make_program(body_vertex, std::string(glsl_version) + shading + body_fragment)),
         shadows_(shadow_side) {
     glGenVertexArrays(1, no_vertices_.put());
     check_gl("setting up");

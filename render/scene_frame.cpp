@@ -8,16 +8,16 @@
 
 #include "core/error.hpp"
 #include "core/numbers.hpp"
-#include "render/frame_shaders.hpp"
-#include "render/scene_checks.hpp"
-#include "render/scene_parts.hpp"
-#include "render/scene_shaders.hpp"
-#include "render/shading_code.hpp"
+#include "render/detail/frame_shaders.hpp"
+#include "render/detail/scene_checks.hpp"
+#include "render/detail/scene_parts.hpp"
+#include "render/detail/scene_shaders.hpp"
+#include "render/detail/shading_code.hpp"
 
 namespace carillon::render {
 namespace {
 
-constexpr int shadow_side = 2048;
+constexpr int scene_shadow_side = 2048;
 using core::infinity;
 
 /// Units that textures are bound to.
@@ -30,7 +30,7 @@ void bind(int unit, GLuint texture) {
 
 /// A fragment shader by the key light and a weak one from the camera's side.
 std::string lit(const char* definitions, const char* fragment) {
-  return std::string(version) + "#define LIGHTS 2\n" + definitions + shading + scene_common +
+  return std::string(glsl_version) + "#define LIGHTS 2\n" + definitions + shading + scene_common +
          fragment;
 }
 
@@ -66,7 +66,7 @@ struct SceneRenderer::Parts {
   SceneView view;
   std::vector<Drawn> bodies;
   std::optional<Drawn> ground;
-  ShadowMap shadows{shadow_side};
+  ShadowMap shadows{scene_shadow_side};
   Texture colors, places, depths;
   Framebuffer target;
   VertexArray no_vertices;
@@ -194,9 +194,9 @@ void SceneRenderer::Parts::set_common(const Program& program, const Drawn& drawn
     set_vector(program, fmt::format("light_color[{}]", i), light_colors[i]);
   }
   // A step off the surface and one towards the light keep a face out of its own shadow.
-  const double sample = 2 * shadow_radius / shadow_side;
+  const double sample = 2 * shadow_radius / scene_shadow_side;
   set_vector(program, "shadow_steps",
-             {1.5 * sample, 1.0 / shadow_side, 1.0 * sample / (2 * shadow_radius)});
+             {1.5 * sample, 1.0 / scene_shadow_side, 1.0 * sample / (2 * shadow_radius)});
   set_vector(program, "fade_middle", fade_middle);
   set_number(program, "fade_reach", drawn.fade_reach);
   set_integer(program, "shadow_map", shadow_unit);

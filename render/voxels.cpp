@@ -9,9 +9,9 @@
 
 #include "core/error.hpp"
 #include "core/units.hpp"
-#include "render/inside_cells.hpp"
-#include "render/triangle_box.hpp"
-#include "render/vertex_normals.hpp"
+#include "render/detail/inside_cells.hpp"
+#include "render/detail/triangle_box.hpp"
+#include "render/detail/vertex_normals.hpp"
 
 namespace carillon::render {
 

@@ -10,7 +10,7 @@
 #include "dataset/samples/shape_modes.hpp"
 #include "render/frame.hpp"
 #include "render/shading_mesh.hpp"
-#include "report/gallery_skin.hpp"
+#include "report/detail/gallery_skin.hpp"
 #include "report/report.hpp"
 #include "scene/solved_object.hpp"
 #include "solvers/elements/lagrange.hpp"

@@ -124,8 +124,8 @@ void print_trust(const std::vector<eval::studies::Recogniser>& recognisers, std:
                                   100 * trial.calibration_error,
                                   100 * trial.calibration_by_chance));
       std::vector<std::string> areas;
-      for (const auto& [name, novel] : trial.novel) {
-        areas.push_back(fmt::format("{} {:.2f}", name, novel.auroc));
+      for (const auto& [name, unknown] : trial.unknown) {
+        areas.push_back(fmt::format("{} {:.2f}", name, unknown.auroc));
       }
       words.push_back(fmt::format("told from others (AUROC): {}", fmt::join(areas, ", ")));
     }

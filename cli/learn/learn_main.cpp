@@ -8,7 +8,7 @@
 int main(int argc, char** argv) {
   using namespace carillon;
   mpi::leave_on_interrupt();
-  cli::read_without_locks();
+  cli::set_libraries_up();
   // More ranks with one thread each are faster than one rank with more.
   eval::networks::use_learning_threads(1);
   constexpr eval::studies::EvaluationSection sections[] = {

@@ -7,7 +7,7 @@
 #include <map>
 
 #include "core/error.hpp"
-#include "dataset/check/column_rules.hpp"
+#include "dataset/check/detail/column_rules.hpp"
 #include "scene/columns.hpp"
 
 namespace carillon::dataset::check {

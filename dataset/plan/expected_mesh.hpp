@@ -7,19 +7,9 @@ namespace carillon::dataset::plan {
 
 /// An object as far as it is known before it is meshed.
 struct ExpectedObject {
-  double volume = 0;              ///< [m^3]
-  double thickness = 0;           ///< 2 volume / area [m]
-  double longest_side = 0;        ///< [m]
+  solvers::mesh::ShapeExtent extent;
   solvers::pitch::MeshSize mesh;  ///< as the mesher will make it, within a factor of about 1.5
 };
-
-/// Of the box around a generated object [m], from its parameters.
-/// @throws InputError  they do not fit together
-double longest_side(const solvers::mesh::GeneratedShape& shape);
-
-/// Scales a generated object so that this side is so long [m].
-/// @throws InputError  as longest_side()
-void scale_to(solvers::mesh::GeneratedShape& shape, double length);
 
 /// From the family's parameters or what the plan found of the file's triangles, and the order and
 /// size of the elements. Depends on these alone, not on a cache. A file that could not be read is

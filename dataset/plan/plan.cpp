@@ -13,7 +13,6 @@
 #include "core/random.hpp"
 #include "core/text.hpp"
 #include "dataset/plan/disk.hpp"
-#include "dataset/plan/expected_mesh.hpp"
 #include "dataset/plan/identities.hpp"
 #include "scene/solved_object.hpp"
 #include "solvers/families/families.hpp"
@@ -105,7 +104,8 @@ solvers::mesh::GeneratedShape draw_shape(const configuration::BuildConfig& confi
     }
     try {
       family.check(shape);
-      if (source.object.file.length > 0) scale_to(shape, source.object.file.length);
+      if (source.object.file.length > 0)
+        solvers::families::scale_to(shape, source.object.file.length);
       return shape;
     } catch (const InputError& error) {
       refusal = error.message();

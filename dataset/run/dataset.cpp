@@ -59,7 +59,7 @@ std::map<std::size_t, std::int64_t> write_shapes(const Hdf5Group& index,
   group.write<std::string>("split_shape", splits, {splits.size()});
   group.write<std::string>("modes_file", files, {files.size()});
   const Hdf5Group first = Hdf5Group::open_file(folders.output / files.front());
-  for (const std::string& name : body_arrays()) {
+  for (const std::string& name : object_arrays()) {
     if (first.has(name)) join(group, name, folders, files, joined);
   }
   return rows;

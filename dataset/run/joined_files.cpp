@@ -14,7 +14,7 @@ namespace {
 JoinedFile read_joined(const std::filesystem::path& path, bool of_object) {
   JoinedFile joined;
   const core::Hdf5Group file = core::Hdf5Group::open_file(path);
-  for (const std::string& name : of_object ? body_arrays() : file.names()) {
+  for (const std::string& name : of_object ? object_arrays() : file.names()) {
     if (of_object && !file.has(name)) continue;
     if (!file.is_text(name)) {
       joined.rows[name] = file.extent(name).front();
@@ -38,7 +38,7 @@ const T& found(const std::map<std::string, T>& columns, const std::filesystem::p
 
 }  // namespace
 
-const std::vector<std::string>& body_arrays() {
+const std::vector<std::string>& object_arrays() {
   static const std::vector<std::string> names{"voxels", "voxel_pitch", "voxel_origin", "frame"};
   return names;
 }

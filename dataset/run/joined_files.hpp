@@ -40,6 +40,6 @@ class JoinedFiles {
 };
 
 /// Arrays of a modes file that the index joins: what belongs to the object as a whole.
-const std::vector<std::string>& body_arrays();
+const std::vector<std::string>& object_arrays();
 
 }  // namespace carillon::dataset::run

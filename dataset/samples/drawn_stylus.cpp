@@ -94,16 +94,16 @@ SimulationTouch draw_stylus(const configuration::BuildConfig& config, std::uint6
 
 solvers::mesh::SurfaceMesh pen_mesh() {
   constexpr int sides = 16;
-  constexpr double fixed_radius = 0.004, cone = 0.02, full_length = 0.13, stylus_lean = 0.5;
+  constexpr double pen_radius = 0.004, cone = 0.02, pen_length = 0.13, stylus_lean = 0.5;
   const Eigen::AngleAxisd lean(-stylus_lean, Vec3::UnitY());
   solvers::mesh::SurfaceMesh mesh;
   mesh.vertices.push_back(Vec3::Zero());
-  mesh.vertices.push_back(lean * Vec3(0, 0, full_length));
+  mesh.vertices.push_back(lean * Vec3(0, 0, pen_length));
   for (int k = 0; k < sides; ++k) {
     const double turn = 2 * std::numbers::pi * k / sides;
-    const Vec3 out(fixed_radius * std::cos(turn), fixed_radius * std::sin(turn), 0);
+    const Vec3 out(pen_radius * std::cos(turn), pen_radius * std::sin(turn), 0);
     mesh.vertices.push_back(lean * (out + cone * Vec3::UnitZ()));
-    mesh.vertices.push_back(lean * (out + full_length * Vec3::UnitZ()));
+    mesh.vertices.push_back(lean * (out + pen_length * Vec3::UnitZ()));
   }
   for (int k = 0; k < sides; ++k) {
     const int low = 2 + 2 * k, next = 2 + 2 * ((k + 1) % sides);

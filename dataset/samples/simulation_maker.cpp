@@ -42,7 +42,7 @@ Simulation SimulationMaker::make(const plan::Sample& sample, core::Columns* reco
     spdlog::warn(
         "{}: at {:.3f} s a body moves so fast for its thickness that {} parts of a step are too "
         "few: bodies may pass through one another; shorten motion.time_step",
-        sample.key, *simulation.motion.too_fast, synth::motion::substep_limit);
+        sample.key, *simulation.motion.too_fast, synth::motion::max_substep_count);
   }
   for (const synth::motion::Overlap& overlap : simulation.motion.overlaps) {
     spdlog::warn(

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <charconv>
+#include <string>
+#include <vector>
 
 #include "core/error.hpp"
 #include "eval/damping/detail/scaled_law.hpp"
@@ -28,7 +30,7 @@ DampingLaw damping_law(const std::string& word) {
   }
   for (const synth::damping::DampingForm& form : synth::damping::damping_forms()) {
     if (form.kind != DampingKind::expression && word == form.name) {
-      return {form.kind, form.least, ""};
+      return {form.kind, form.min_parameters, ""};
     }
   }
   DampingLaw law{DampingKind::expression, 0, word};
@@ -58,6 +60,16 @@ const char* name_of(Estimator estimator) {
     default:
       return "lower_bound";
   }
+}
+
+Estimator estimator_named(const std::string& name) {
+  std::vector<std::string> names;
+  for (const Estimator estimator : all_estimators) {
+    if (name == name_of(estimator)) return estimator;
+    names.emplace_back(name_of(estimator));
+  }
+  throw core::InputError(fmt::format("there is no estimator \"{}\"", name),
+                         fmt::format("{}", fmt::join(names, ", ")));
 }
 
 }  // namespace carillon::eval::damping

@@ -15,7 +15,13 @@ DampingLaw damping_law(const std::string& word);
 /// "c = alpha1 + alpha2 lambda", with as many terms as the law has.
 std::string formula_of(const DampingLaw& law);
 
-/// "emg", "least_squares", "lower_bound".
+inline constexpr Estimator all_estimators[] = {Estimator::emg, Estimator::emg_relative,
+                                               Estimator::least_squares, Estimator::lower_bound};
+
+/// "emg", "emg_relative", "least_squares", "lower_bound".
 const char* name_of(Estimator estimator);
+
+/// @throws InputError  no estimator has that name; says all
+Estimator estimator_named(const std::string& name);
 
 }  // namespace carillon::eval::damping

@@ -34,18 +34,19 @@ std::vector<std::uint32_t> rows_of_rank(const std::vector<std::uint32_t>& rows, 
 }
 
 BatchReader::BatchReader(SampleSource& source, const LabelledSamples& samples,
-                         std::vector<Sense> senses, std::vector<std::uint32_t> rows, double memory)
+                         std::vector<Modality> modalities, std::vector<std::uint32_t> rows,
+                         double memory)
     : source_(source),
       samples_(samples),
-      senses_(std::move(senses)),
+      modalities_(std::move(modalities)),
       rows_(std::move(rows)),
-      objects_(senses_.size()) {
+      objects_(modalities_.size()) {
   std::set<std::uint32_t> named;
   for (const std::uint32_t row : rows_) named.insert(samples_.objects[row]);
   object_entries_.assign(named.begin(), named.end());
   double row_bytes = 1, object_bytes = 0;
-  for (const Sense sense : senses_) {
-    const SenseLayout layout = require_layout(source, sense);
+  for (const Modality modality : modalities_) {
+    const ModalityLayout layout = require_layout(source, modality);
     layouts_.push_back(layout);
     (layout.of_objects ? object_bytes : row_bytes) +=
         static_cast<double>(values_in(layout.extent)) * 4;
@@ -67,7 +68,7 @@ BatchReader::Window BatchReader::load(std::vector<std::uint32_t> rows) {
   Window window;
   window.rows = std::move(rows);
   std::vector<bool> heard(window.rows.size(), true);
-  for (std::size_t s = 0; s < senses_.size(); ++s) {
+  for (std::size_t s = 0; s < modalities_.size(); ++s) {
     std::vector<float>& values = window.values.emplace_back();
     if (layouts_[s].of_objects) continue;
     const std::size_t each = values_in(layouts_[s].extent);
@@ -81,7 +82,7 @@ BatchReader::Window BatchReader::load(std::vector<std::uint32_t> rows) {
       }
       const auto entries = std::span(window.rows).subspan(first, end - first);
       const std::vector<bool> full = source_.read(
-          senses_[s], entries, std::span(values).subspan(first * each, entries.size() * each));
+          modalities_[s], entries, std::span(values).subspan(first * each, entries.size() * each));
       for (std::size_t i = 0; i < full.size(); ++i) heard[first + i] = heard[first + i] && full[i];
       first = end;
     }
@@ -91,8 +92,8 @@ BatchReader::Window BatchReader::load(std::vector<std::uint32_t> rows) {
 }
 
 void BatchReader::load_objects() {
-  for (std::size_t s = 0; s < senses_.size(); ++s) {
-    const SenseLayout& layout = layouts_[s];
+  for (std::size_t s = 0; s < modalities_.size(); ++s) {
+    const ModalityLayout& layout = layouts_[s];
     if (!layout.of_objects || !objects_[s].empty()) continue;
     const std::size_t each = values_in(layout.extent);
     objects_[s].resize(object_entries_.size() * each);
@@ -100,7 +101,7 @@ void BatchReader::load_objects() {
       const auto entries =
           std::span(object_entries_)
               .subspan(first, std::min(block_rows, object_entries_.size() - first));
-      source_.read(senses_[s], entries,
+      source_.read(modalities_[s], entries,
                    std::span(objects_[s]).subspan(first * each, entries.size() * each));
     }
   }
@@ -166,7 +167,7 @@ void BatchReader::next_window() {
 bool BatchReader::next(std::size_t size, Batch& batch) {
   batch.rows.clear();
   batch.labels.clear();
-  batch.senses.assign(senses_.size(), {});
+  batch.modalities.assign(modalities_.size(), {});
   while (batch.rows.size() < size) {
     if (used_ == order_.size()) {
       if (window_number_ == plan_.size() || rows_.empty()) break;
@@ -179,11 +180,11 @@ bool BatchReader::next(std::size_t size, Batch& batch) {
     const auto object = static_cast<std::size_t>(
         std::lower_bound(object_entries_.begin(), object_entries_.end(), samples_.objects[row]) -
         object_entries_.begin());
-    for (std::size_t s = 0; s < senses_.size(); ++s) {
+    for (std::size_t s = 0; s < modalities_.size(); ++s) {
       const std::size_t each = values_in(layouts_[s].extent);
       const float* from = layouts_[s].of_objects ? objects_[s].data() + object * each
                                                  : window_->values[s].data() + at * each;
-      batch.senses[s].insert(batch.senses[s].end(), from, from + each);
+      batch.modalities[s].insert(batch.modalities[s].end(), from, from + each);
     }
   }
   if (window_number_ == plan_.size() && used_ == order_.size()) counted_ = true;

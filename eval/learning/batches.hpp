@@ -14,7 +14,7 @@ namespace carillon::eval::learning {
 struct Batch {
   std::vector<std::uint32_t> rows;
   std::vector<std::int64_t> labels;
-  std::vector<std::vector<float>> senses;  ///< of each sense rows x extent values
+  std::vector<std::vector<float>> modalities;  ///< of each modality rows x extent values
 };
 
 /// Rows that a rank learns from: blocks of neighbours, dealt to the ranks in turn, so that each
@@ -30,9 +30,9 @@ class BatchReader {
   /// @param rows    ascending
   /// @param memory  for samples and the objects that they are of [B]; the latter are all held, and
   ///                the order of samples depends on whether all fit
-  /// @throws InputError  the source lacks a sense; says how to get it
-  BatchReader(SampleSource& source, const LabelledSamples& samples, std::vector<Sense> senses,
-              std::vector<std::uint32_t> rows, double memory);
+  /// @throws InputError  the source lacks a modality; says how to get it
+  BatchReader(SampleSource& source, const LabelledSamples& samples,
+              std::vector<Modality> modalities, std::vector<std::uint32_t> rows, double memory);
   ~BatchReader();
   BatchReader(const BatchReader&) = delete;
   BatchReader& operator=(const BatchReader&) = delete;
@@ -45,9 +45,9 @@ class BatchReader {
   /// @throws as SampleSource::read
   bool next(std::size_t size, Batch& batch);
 
-  const std::vector<SenseLayout>& layouts() const { return layouts_; }
+  const std::vector<ModalityLayout>& layouts() const { return layouts_; }
   std::size_t rows() const { return rows_.size(); }
-  /// Rows of the first pass of which some sense was empty: silent clips.
+  /// Rows of the first pass of which some modality was empty: silent clips.
   std::size_t silent() const { return silent_rows_; }
   /// Time that `next` waited for files [s].
   double waited_s() const { return waited_s_; }
@@ -55,7 +55,7 @@ class BatchReader {
  private:
   struct Window {
     std::vector<std::uint32_t> rows;         ///< as they are in `values`
-    std::vector<std::vector<float>> values;  ///< of each sense; empty for those of objects
+    std::vector<std::vector<float>> values;  ///< of each modality; empty for those of objects
     std::size_t silent = 0;
   };
   Window load(std::vector<std::uint32_t> rows);
@@ -65,12 +65,12 @@ class BatchReader {
 
   SampleSource& source_;
   const LabelledSamples& samples_;
-  std::vector<Sense> senses_;
-  std::vector<SenseLayout> layouts_;
+  std::vector<Modality> modalities_;
+  std::vector<ModalityLayout> layouts_;
   std::vector<std::uint32_t> rows_;
   std::size_t window_rows_ = 0;
   std::vector<std::uint32_t> object_entries_;     ///< objects of the rows, ascending
-  std::vector<std::vector<float>> objects_;       ///< of each sense that is of objects: theirs
+  std::vector<std::vector<float>> objects_;       ///< of each modality that is of objects: theirs
   std::vector<std::vector<std::uint32_t>> plan_;  ///< rows of each window of this pass
   std::size_t window_number_ = 0;                 ///< the next of the plan
   std::optional<Window> window_;

@@ -49,17 +49,17 @@ ClipPreparer::ClipPreparer(const ClipFormat& format)
   if (format.samples == 0) throw core::InputError("clips have no samples");
 }
 
-SenseExtent ClipPreparer::extent(Sense sense) const {
-  if (sense == Sense::spectrogram) {
+ModalityExtent ClipPreparer::extent(Modality modality) const {
+  if (modality == Modality::spectrogram) {
     return {1, format_.mel.bands, synth::signal::mel_frames(format_.samples, format_.mel)};
   }
   return {1, std::llround(static_cast<double>(format_.samples) * prepare::waveform_rate /
                           format_.sample_rate())};
 }
 
-bool ClipPreparer::prepare(Sense sense, std::span<const float> clip,
+bool ClipPreparer::prepare(Modality modality, std::span<const float> clip,
                            std::span<float> values) const {
-  if (sense == Sense::spectrogram) {
+  if (modality == Modality::spectrogram) {
     const std::vector<float> power = (*mel_)(clip);
     std::copy_n(power.begin(), values.size(), values.begin());
     return prepare::spectrogram(values);

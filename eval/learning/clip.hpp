@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/audio.hpp"
-#include "eval/learning/sense.hpp"
+#include "eval/learning/modality.hpp"
 #include "synth/signal/mel.hpp"
 
 namespace carillon::eval::learning {
@@ -26,20 +26,20 @@ ClipFormat paper_format(std::size_t samples, double sample_rate);
 nlohmann::json to_json(const ClipFormat& format);
 ClipFormat clip_format_from(const nlohmann::json& json);
 
-/// Turns sounds into the senses of hearing. One object for each thread.
+/// Turns sounds into the modalities of hearing. One object for each thread.
 class ClipPreparer {
  public:
   /// @throws InputError  no samples, or impossible mel options
   explicit ClipPreparer(const ClipFormat& format);
 
   const ClipFormat& format() const { return format_; }
-  /// @param sense  spectrogram or waveform
-  SenseExtent extent(Sense sense) const;
+  /// @param modality  spectrogram or waveform
+  ModalityExtent extent(Modality modality) const;
   /// @param clip    as many samples as the format has
-  /// @param values  of the sense's extent
+  /// @param values  of the modality's extent
   /// @return whether anything sounds
   /// @throws InputError  a value is not finite
-  bool prepare(Sense sense, std::span<const float> clip, std::span<float> values) const;
+  bool prepare(Modality modality, std::span<const float> clip, std::span<float> values) const;
 
  private:
   ClipFormat format_;

@@ -20,7 +20,7 @@ namespace {
 /// less than another reading.
 constexpr std::size_t gap_bytes = std::size_t{1} << 18;
 
-/// Where a sense lies in index.h5.
+/// Where a modality lies in index.h5.
 struct Column {
   std::string name;
   bool of_objects = false;
@@ -119,21 +119,21 @@ class DatasetSource final : public SampleSource {
                            fmt::format("there are {}", fmt::join(there, ", ")));
   }
 
-  std::optional<SenseLayout> layout(Sense sense) const override {
-    const std::optional<Column> column = column_of(sense);
+  std::optional<ModalityLayout> layout(Modality modality) const override {
+    const std::optional<Column> column = column_of(modality);
     if (!column) return std::nullopt;
     const core::Extent stored = file_.extent(column->name);
-    return SenseLayout{extent_of(sense, stored), static_cast<std::size_t>(stored[0]),
-                       column->of_objects};
+    return ModalityLayout{extent_of(modality, stored), static_cast<std::size_t>(stored[0]),
+                          column->of_objects};
   }
 
-  std::vector<bool> read(Sense sense, std::span<const std::uint32_t> entries,
+  std::vector<bool> read(Modality modality, std::span<const std::uint32_t> entries,
                          std::span<float> values) override {
     if (entries.empty()) return {};
-    const Column column = column_of(sense).value();
+    const Column column = column_of(modality).value();
     const core::Extent stored = file_.extent(column.name);
     const std::size_t row_bytes =
-        std::accumulate(stored.begin() + 1, stored.end(), is_of_bytes(sense) ? 1UL : 4UL,
+        std::accumulate(stored.begin() + 1, stored.end(), is_of_bytes(modality) ? 1UL : 4UL,
                         std::multiplies<std::size_t>());
     const std::size_t gap = gap_bytes / row_bytes + 1, each = values.size() / entries.size();
     std::vector<bool> heard;
@@ -141,7 +141,7 @@ class DatasetSource final : public SampleSource {
       std::size_t end = first + 1;
       while (end < entries.size() && entries[end] <= entries[end - 1] + gap) ++end;
       const std::vector<bool> some =
-          read_together(sense, column, entries.subspan(first, end - first),
+          read_together(modality, column, entries.subspan(first, end - first),
                         values.subspan(first * each, (end - first) * each));
       heard.insert(heard.end(), some.begin(), some.end());
       first = end;
@@ -150,10 +150,12 @@ class DatasetSource final : public SampleSource {
   }
 
  private:
-  static bool is_of_bytes(Sense sense) { return sense == Sense::voxels || sense == Sense::image; }
+  static bool is_of_bytes(Modality modality) {
+    return modality == Modality::voxels || modality == Modality::image;
+  }
 
   /// Some entries and all between them in one go.
-  std::vector<bool> read_together(Sense sense, const Column& column,
+  std::vector<bool> read_together(Modality modality, const Column& column,
                                   std::span<const std::uint32_t> entries, std::span<float> values) {
     std::vector<bool> heard(entries.size(), true);
     const std::size_t each = values.size() / entries.size();
@@ -164,66 +166,66 @@ class DatasetSource final : public SampleSource {
       }
     };
     const std::size_t count = entries.back() - entries[0] + 1;
-    if (is_of_bytes(sense)) {
+    if (is_of_bytes(modality)) {
       const auto raw = file_.read_rows<std::uint8_t>(column.name, entries[0], count);
       prepare_all(raw, raw.size() / count,
                   [&](std::size_t, std::span<const std::uint8_t> row, std::span<float> to) {
-                    prepare_bytes(sense, column, row, to);
+                    prepare_bytes(modality, column, row, to);
                     return true;
                   });
     } else {
       const auto raw = file_.read_rows<float>(column.name, entries[0], count);
       prepare_all(raw, raw.size() / count,
                   [&](std::size_t i, std::span<const float> row, std::span<float> to) {
-                    return prepare_named(sense, column, entries[i], row, to);
+                    return prepare_named(modality, column, entries[i], row, to);
                   });
     }
     return heard;
   }
 
-  /// What a sense is made from.
-  std::optional<Column> column_of(Sense sense) const {
-    switch (sense) {
-      case Sense::spectrogram:
+  /// What a modality is made from.
+  std::optional<Column> column_of(Modality modality) const {
+    switch (modality) {
+      case Modality::spectrogram:
         return Column{file_.has("mel") ? "mel" : "audio"};
-      case Sense::waveform:
+      case Modality::waveform:
         return Column{"audio"};
-      case Sense::touch:
+      case Modality::touch:
         if (file_.has("touch")) return Column{"touch"};
         return std::nullopt;
-      case Sense::voxels:
-      case Sense::image:
+      case Modality::voxels:
+      case Modality::image:
         break;
     }
-    const std::string own = sense == Sense::voxels ? "voxels" : "frames";
-    const std::string of_object = sense == Sense::voxels ? "shapes/voxels" : "shapes/frame";
+    const std::string own = modality == Modality::voxels ? "voxels" : "frames";
+    const std::string of_object = modality == Modality::voxels ? "shapes/voxels" : "shapes/frame";
     if (file_.has(own)) return Column{own};
     if (file_.has("shape_index") && file_.has(of_object)) return Column{of_object, true};
     return std::nullopt;
   }
 
-  SenseExtent extent_of(Sense sense, const core::Extent& stored) const {
+  ModalityExtent extent_of(Modality modality, const core::Extent& stored) const {
     const auto side = [&](std::size_t from_last) {
       return static_cast<std::int64_t>(stored[stored.size() - from_last]);
     };
-    switch (sense) {
-      case Sense::spectrogram:
-      case Sense::waveform:
-        return preparer_.extent(sense);
-      case Sense::voxels:
+    switch (modality) {
+      case Modality::spectrogram:
+      case Modality::waveform:
+        return preparer_.extent(modality);
+      case Modality::voxels:
         return {1, side(3), side(2), side(1)};
-      case Sense::image:
+      case Modality::image:
         return {3, prepare::image_side, prepare::image_side};
-      case Sense::touch:
+      case Modality::touch:
         return {3, side(2)};
     }
     return {};
   }
 
   /// Of simulations the first frame.
-  void prepare_bytes(Sense sense, const Column& column, std::span<const std::uint8_t> row,
+  void prepare_bytes(Modality modality, const Column& column, std::span<const std::uint8_t> row,
                      std::span<float> values) const {
-    if (sense == Sense::voxels) {
+    if (modality == Modality::voxels) {
       std::transform(row.begin(), row.end(), values.begin(),
                      [](std::uint8_t cell) { return cell != 0 ? 1.0F : -1.0F; });
       return;
@@ -233,10 +235,10 @@ class DatasetSource final : public SampleSource {
     prepare::image(row.first(height * width * 3), height, width, values);
   }
 
-  bool prepare_named(Sense sense, const Column& column, std::size_t sample,
+  bool prepare_named(Modality modality, const Column& column, std::size_t sample,
                      std::span<const float> row, std::span<float> values) {
     try {
-      return prepare_one(sense, column, row, values);
+      return prepare_one(modality, column, row, values);
     } catch (const core::InputError& error) {
       throw core::InputError(
           fmt::format("{}: sample {}: {}", name_, keys_[sample], error.message()),
@@ -250,14 +252,14 @@ class DatasetSource final : public SampleSource {
     return row.subspan(listener_ * each, each);
   }
 
-  bool prepare_one(Sense sense, const Column& column, std::span<const float> row,
+  bool prepare_one(Modality modality, const Column& column, std::span<const float> row,
                    std::span<float> values) {
-    if (sense == Sense::touch) {
+    if (modality == Modality::touch) {
       prepare::touch(row, values);
       return std::any_of(values.begin(), values.end(), [](float value) { return value != 0; });
     }
     const std::span<const float> own = heard_by_listener(row);
-    if (column.name == "audio") return preparer_.prepare(sense, own, values);
+    if (column.name == "audio") return preparer_.prepare(modality, own, values);
     std::copy(own.begin(), own.end(), values.begin());
     return prepare::spectrogram(values);
   }

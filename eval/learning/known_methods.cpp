@@ -10,15 +10,15 @@ Method network(const char* name, std::vector<Branch> branches,
   method.name = name;
   method.branches = std::move(branches);
   method.fusion = fusion;
-  for (const Branch branch : method.branches) method.senses.push_back(sense_of(branch));
+  for (const Branch branch : method.branches) method.modalities.push_back(modality_of(branch));
   return method;
 }
 
-Method baseline(const char* name, MethodKind kind, std::vector<Sense> senses) {
+Method baseline(const char* name, MethodKind kind, std::vector<Modality> modalities) {
   Method method;
   method.name = name;
   method.kind = kind;
-  method.senses = std::move(senses);
+  method.modalities = std::move(modalities);
   return method;
 }
 
@@ -44,13 +44,13 @@ std::span<const Method> known_methods() {
       network("isnn-touch", {Branch::isnn, Branch::touch}, Fusion::bilinear),
       network("image-touch", {Branch::image, Branch::touch}, Fusion::bilinear),
       network("isnn-image-touch", {Branch::isnn, Branch::image, Branch::touch}, Fusion::bilinear),
-      baseline("nearest-neighbour-a", MethodKind::nearest_neighbour, {Sense::spectrogram}),
-      baseline("nearest-neighbour-v", MethodKind::nearest_neighbour, {Sense::voxels}),
+      baseline("nearest-neighbour-a", MethodKind::nearest_neighbour, {Modality::spectrogram}),
+      baseline("nearest-neighbour-v", MethodKind::nearest_neighbour, {Modality::voxels}),
       baseline("nearest-neighbour-av", MethodKind::nearest_neighbour,
-               {Sense::spectrogram, Sense::voxels}),
-      baseline("linear-svm-a", MethodKind::linear_svm, {Sense::spectrogram}),
-      baseline("linear-svm-v", MethodKind::linear_svm, {Sense::voxels}),
-      baseline("linear-svm-av", MethodKind::linear_svm, {Sense::spectrogram, Sense::voxels})};
+               {Modality::spectrogram, Modality::voxels}),
+      baseline("linear-svm-a", MethodKind::linear_svm, {Modality::spectrogram}),
+      baseline("linear-svm-v", MethodKind::linear_svm, {Modality::voxels}),
+      baseline("linear-svm-av", MethodKind::linear_svm, {Modality::spectrogram, Modality::voxels})};
   return methods;
 }
 

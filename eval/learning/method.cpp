@@ -52,21 +52,21 @@ std::string_view name_of(MethodKind kind) {
   return "";
 }
 
-Sense sense_of(Branch branch) {
+Modality modality_of(Branch branch) {
   switch (branch) {
     case Branch::isnn:
-      return Sense::spectrogram;
+      return Modality::spectrogram;
     case Branch::soundnet5:
     case Branch::soundnet8:
-      return Sense::waveform;
+      return Modality::waveform;
     case Branch::voxnet:
-      return Sense::voxels;
+      return Modality::voxels;
     case Branch::image:
-      return Sense::image;
+      return Modality::image;
     case Branch::touch:
-      return Sense::touch;
+      return Modality::touch;
   }
-  return Sense::spectrogram;
+  return Modality::spectrogram;
 }
 
 namespace {
@@ -84,8 +84,8 @@ T named(const T (&all)[n], const std::string& text) {
 
 bool only_hears(const Method& method) {
   return method.kind == MethodKind::network &&
-         std::all_of(method.senses.begin(), method.senses.end(), [](Sense sense) {
-           return sense == Sense::spectrogram || sense == Sense::waveform;
+         std::all_of(method.modalities.begin(), method.modalities.end(), [](Modality modality) {
+           return modality == Modality::spectrogram || modality == Modality::waveform;
          });
 }
 
@@ -102,8 +102,8 @@ nlohmann::ordered_json to_json(const Method& method) {
   nlohmann::ordered_json json = {{"name", method.name}, {"kind", name_of(method.kind)}};
   json["branches"] = nlohmann::json::array();
   for (const Branch branch : method.branches) json["branches"].push_back(name_of(branch));
-  json["senses"] = nlohmann::json::array();
-  for (const Sense sense : method.senses) json["senses"].push_back(name_of(sense));
+  json["modalities"] = nlohmann::json::array();
+  for (const Modality modality : method.modalities) json["modalities"].push_back(name_of(modality));
   json["fusion"] = name_of(method.fusion);
   json["neighbours"] = method.neighbours;
   const LayerSizes& sizes = method.sizes;
@@ -133,8 +133,8 @@ Method method_from(const nlohmann::json& json) {
   for (const std::string branch : json.at("branches")) {
     method.branches.push_back(named(all_branches, branch));
   }
-  for (const std::string sense : json.at("senses")) {
-    method.senses.push_back(named(all_senses, sense));
+  for (const std::string modality : json.at("modalities")) {
+    method.modalities.push_back(named(all_modalities, modality));
   }
   method.fusion = named(all_fusions, json.at("fusion"));
   method.neighbours = json.at("neighbours");

@@ -5,11 +5,11 @@
 #include <string>
 #include <vector>
 
-#include "eval/learning/sense.hpp"
+#include "eval/learning/modality.hpp"
 
 namespace carillon::eval::learning {
 
-/// Part of a network that turns one sense into features.
+/// Part of a network that turns one modality into features.
 enum class Branch {
   isnn,       ///< spectrogram: one convolution with a tall kernel, one dense layer (Sterling
               ///< 2019, 6.3.2)
@@ -63,7 +63,7 @@ struct Method {
   MethodKind kind = MethodKind::network;
   std::vector<Branch> branches;  ///< of a network
   Fusion fusion = Fusion::concatenate;
-  std::vector<Sense> senses;  ///< what it perceives; of a network, those of its branches
+  std::vector<Modality> modalities;  ///< what it perceives; of a network, those of its branches
   LayerSizes sizes;
   LearningOptions learning;
   std::int64_t neighbours = 1;  ///< of nearest_neighbour
@@ -75,7 +75,7 @@ bool only_hears(const Method& method);
 std::string_view name_of(Branch branch);
 std::string_view name_of(Fusion fusion);
 std::string_view name_of(MethodKind kind);
-Sense sense_of(Branch branch);
+Modality modality_of(Branch branch);
 
 inline constexpr Branch all_branches[] = {Branch::isnn,   Branch::soundnet5, Branch::soundnet8,
                                           Branch::voxnet, Branch::image,     Branch::touch};

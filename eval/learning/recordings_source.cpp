@@ -202,12 +202,12 @@ class RecordingsSource final : public SampleSource {
                            fmt::format("there are {}", fmt::join(there, ", ")));
   }
 
-  std::optional<SenseLayout> layout(Sense sense) const override {
-    if (sense != Sense::spectrogram && sense != Sense::waveform) return std::nullopt;
-    return SenseLayout{preparer_.extent(sense), size(), false};
+  std::optional<ModalityLayout> layout(Modality modality) const override {
+    if (modality != Modality::spectrogram && modality != Modality::waveform) return std::nullopt;
+    return ModalityLayout{preparer_.extent(modality), size(), false};
   }
 
-  std::vector<bool> read(Sense sense, std::span<const std::uint32_t> entries,
+  std::vector<bool> read(Modality modality, std::span<const std::uint32_t> entries,
                          std::span<float> values) override {
     std::vector<bool> heard;
     const std::size_t each = entries.empty() ? 0 : values.size() / entries.size();
@@ -216,7 +216,7 @@ class RecordingsSource final : public SampleSource {
       try {
         const std::vector<float> clip =
             strike_clip(core::read_audio(spec_.folder / file), preparer_.format());
-        heard.push_back(preparer_.prepare(sense, clip, values.subspan(i * each, each)));
+        heard.push_back(preparer_.prepare(modality, clip, values.subspan(i * each, each)));
       } catch (const core::InputError& error) {
         throw core::InputError(fmt::format("{}: {}: {}", name_, file, error.message()),
                                error.hint());

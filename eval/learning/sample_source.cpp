@@ -8,13 +8,13 @@ namespace carillon::eval::learning {
 
 namespace {
 
-const char* remedy(Sense sense) {
-  switch (sense) {
-    case Sense::voxels:
+const char* remedy(Modality modality) {
+  switch (modality) {
+    case Modality::voxels:
       return "build it with `voxels: {resolution: 30}`";
-    case Sense::image:
+    case Modality::image:
       return "build it with `camera: {width: 256, height: 256}`";
-    case Sense::touch:
+    case Modality::touch:
       return "touch comes with a motion of a stylus (docs/touch.md)";
     default:
       return "sources are joined where their sounds have one sample rate, one length and one mel";
@@ -23,10 +23,11 @@ const char* remedy(Sense sense) {
 
 }  // namespace
 
-SenseLayout require_layout(const SampleSource& source, Sense sense) {
-  const std::optional<SenseLayout> layout = source.layout(sense);
+ModalityLayout require_layout(const SampleSource& source, Modality modality) {
+  const std::optional<ModalityLayout> layout = source.layout(modality);
   if (layout) return *layout;
-  throw core::InputError(fmt::format("{} has no {}", source.name(), name_of(sense)), remedy(sense));
+  throw core::InputError(fmt::format("{} has no {}", source.name(), name_of(modality)),
+                         remedy(modality));
 }
 
 }  // namespace carillon::eval::learning

@@ -7,13 +7,13 @@
 #include <vector>
 
 #include "eval/learning/clip.hpp"
-#include "eval/learning/sense.hpp"
+#include "eval/learning/modality.hpp"
 
 namespace carillon::eval::learning {
 
-/// What a source has of one sense.
-struct SenseLayout {
-  SenseExtent extent;
+/// What a source has of one modality.
+struct ModalityLayout {
+  ModalityExtent extent;
   std::size_t entries =
       0;  ///< samples; or objects, whose voxels and frame are one for many samples
   bool of_objects = false;
@@ -28,7 +28,7 @@ class SampleSource {
   virtual const std::string& name() const = 0;
   virtual std::size_t size() const = 0;
   virtual std::vector<std::string> keys() const = 0;
-  /// Object of each sample, counted from 0; its entry in senses that are of objects.
+  /// Object of each sample, counted from 0; its entry in modalities that are of objects.
   virtual std::vector<std::uint32_t> objects() const = 0;
   /// What tells each sample's object from every other one's: equal for one object in several
   /// sources.
@@ -40,15 +40,15 @@ class SampleSource {
   /// @throws InputError  there is none; names those that there are
   virtual std::vector<std::string> labels(const std::string& column) const = 0;
 
-  /// Nothing where the source has no such sense.
-  virtual std::optional<SenseLayout> layout(Sense sense) const = 0;
+  /// Nothing where the source has no such modality.
+  virtual std::optional<ModalityLayout> layout(Modality modality) const = 0;
   /// Some entries, prepared.
   /// @param entries  ascending
   /// @param values   entries x extent
   /// @return of each whether anything is in it: silent clips are not refused
   /// @throws InputError  a value is not finite; names the sample
   ///         FileError   not readable
-  virtual std::vector<bool> read(Sense sense, std::span<const std::uint32_t> entries,
+  virtual std::vector<bool> read(Modality modality, std::span<const std::uint32_t> entries,
                                  std::span<float> values) = 0;
 
   /// What its sounds are; nothing where it has none.
@@ -58,8 +58,8 @@ class SampleSource {
   virtual std::string content() const = 0;
 };
 
-/// What a source has of a sense that is needed.
+/// What a source has of a modality that is needed.
 /// @throws InputError  nothing; says how to get it
-SenseLayout require_layout(const SampleSource& source, Sense sense);
+ModalityLayout require_layout(const SampleSource& source, Modality modality);
 
 }  // namespace carillon::eval::learning

@@ -33,14 +33,14 @@ class SelectedSource final : public SampleSource {
     for (const SampleSource* source : sources_) {
       name_ += (name_.empty() ? "" : " + ") + source->name();
       all.add(source->content()).add("\n");
-      // Objects of one source come after those of the ones before it; where a sense is of objects
-      // its entries are counted alike.
+      // Objects of one source come after those of the ones before it; where a modality is of
+      // objects its entries are counted alike.
       first_object_.push_back(objects_in_all_);
       std::size_t objects = 0;
       for (const std::uint32_t object : source->objects())
         objects = std::max<std::size_t>(objects, object + 1);
-      for (const Sense sense : all_senses) {
-        const auto layout = source->layout(sense);
+      for (const Modality modality : all_modalities) {
+        const auto layout = source->layout(modality);
         if (layout && layout->of_objects) objects = std::max(objects, layout->entries);
       }
       objects_in_all_ += objects;
@@ -99,16 +99,16 @@ class SelectedSource final : public SampleSource {
                                  [](const std::string& label, std::uint32_t) { return label; });
   }
 
-  std::optional<SenseLayout> layout(Sense sense) const override {
-    std::optional<SenseLayout> common = sources_[0]->layout(sense);
+  std::optional<ModalityLayout> layout(Modality modality) const override {
+    std::optional<ModalityLayout> common = sources_[0]->layout(modality);
     for (const SampleSource* source : sources_) {
-      const auto own = source->layout(sense);
+      const auto own = source->layout(modality);
       if (!common || !own || own->extent != common->extent ||
           own->of_objects != common->of_objects) {
         return std::nullopt;
       }
       // Equal extents may be of other rates, lengths and bands.
-      const bool heard = sense == Sense::spectrogram || sense == Sense::waveform;
+      const bool heard = modality == Modality::spectrogram || modality == Modality::waveform;
       if (heard && source->clip_format() && sources_[0]->clip_format() &&
           to_json(*source->clip_format()) != to_json(*sources_[0]->clip_format())) {
         return std::nullopt;
@@ -118,11 +118,11 @@ class SelectedSource final : public SampleSource {
     return common;
   }
 
-  std::vector<bool> read(Sense sense, std::span<const std::uint32_t> entries,
+  std::vector<bool> read(Modality modality, std::span<const std::uint32_t> entries,
                          std::span<float> values) override {
     if (entries.empty()) return {};
     const std::size_t each = values.size() / entries.size();
-    const bool of_objects = layout(sense).value().of_objects;
+    const bool of_objects = layout(modality).value().of_objects;
     std::vector<bool> heard;
     for (std::size_t first = 0; first < entries.size();) {
       const auto [source, row] = place_of(entries[first], of_objects);
@@ -132,7 +132,7 @@ class SelectedSource final : public SampleSource {
         if (next_source != source) break;
         rows.push_back(next_row);
       }
-      const std::vector<bool> some = read_own(*sources_[source], sense, rows,
+      const std::vector<bool> some = read_own(*sources_[source], modality, rows,
                                               values.subspan(first * each, rows.size() * each));
       heard.insert(heard.end(), some.begin(), some.end());
       first += rows.size();
@@ -161,17 +161,18 @@ class SelectedSource final : public SampleSource {
     return {source, entry - static_cast<std::uint32_t>(first_object_[source])};
   }
 
-  /// Objects are numbered up to the largest that any sense has; one that this sense lacks is empty.
-  static std::vector<bool> read_own(SampleSource& source, Sense sense,
+  /// Objects are numbered up to the largest that any modality has; one that this modality lacks is
+  /// empty.
+  static std::vector<bool> read_own(SampleSource& source, Modality modality,
                                     const std::vector<std::uint32_t>& rows,
                                     std::span<float> values) {
-    const std::size_t entries = source.layout(sense).value().entries;
+    const std::size_t entries = source.layout(modality).value().entries;
     const auto end =
         std::find_if(rows.begin(), rows.end(), [&](std::uint32_t row) { return row >= entries; });
     const auto there = static_cast<std::size_t>(end - rows.begin());
     const std::size_t each = values.size() / rows.size();
     std::vector<bool> heard =
-        source.read(sense, std::span(rows).first(there), values.first(there * each));
+        source.read(modality, std::span(rows).first(there), values.first(there * each));
     std::fill(values.begin() + static_cast<std::ptrdiff_t>(there * each), values.end(), 0.0F);
     heard.resize(rows.size(), false);
     return heard;

@@ -25,8 +25,8 @@ struct Selection {
 ///
 /// Keys are `SOURCE:KEY`, the source counted from 0. Every column that is asked for must be in all
 /// sources; a column of splits (`split_shape`, `split_strike`) says the parts of the selection
-/// where it has them; the column `dataset` says the source's name. A sense is there where all have
-/// it in one extent, those of hearing of sounds that are alike.
+/// where it has them; the column `dataset` says the source's name. A modality is there where all
+/// have it in one extent, those of hearing of sounds that are alike.
 /// @param sources   outlive the result
 /// @param selected  in any order, each sample at most once; they are kept by source and row
 /// @param names     of the sources; empty: there is no column `dataset` but their own

@@ -39,7 +39,7 @@ struct LabelledSamples {
   std::vector<std::int32_t> label;     ///< of each sample: class, `left_out` or `unlabelled`
   std::vector<Part> part;              ///< of each sample
   std::vector<std::string> keys;       ///< of each sample
-  std::vector<std::uint32_t> objects;  ///< of each sample: entry of senses that are of objects
+  std::vector<std::uint32_t> objects;  ///< of each sample: entry of modalities that are of objects
   /// Of each sample: equal for samples of one object, and of one strike, of whatever source.
   std::vector<std::uint32_t> object_groups, strike_groups;
 

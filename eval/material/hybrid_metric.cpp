@@ -17,7 +17,7 @@ namespace {
 /// Match ratios below count as this, so that every candidate has a finite metric.
 constexpr double min_match = 1e-3;
 /// What a candidate whose damping is negative everywhere pays.
-constexpr double negative = 10;
+constexpr double negative_penalty = 10;
 /// The least range of levels among features [dB], and what is added to that of the recording's.
 constexpr double narrowest = 20;
 constexpr double margin = 3;
@@ -117,7 +117,7 @@ double match_ratio_product(const Reference& reference, const HeardCandidate& can
   const MatchScale& scale = reference.options.match;
   const std::vector<FeaturePlace> places = places_of(candidate.tones, scale);
   return match_ratio(reference.places, places, scale) *
-         match_ratio(places, reference.places, scale) / (1 + negative * candidate.negative);
+         match_ratio(places, reference.places, scale) / (1 + negative_penalty * candidate.negative);
 }
 
 MetricValue hybrid_metric(const Reference& reference, const HeardCandidate& candidate) {
@@ -137,7 +137,7 @@ MetricValue hybrid_metric(const Reference& reference, const HeardCandidate& cand
   value.metric =
       (value.psychoacoustic + options.min_difference) /
       (std::max(value.recording_match, min_match) * std::max(value.candidate_match, min_match)) *
-      (1 + negative * candidate.negative);
+      (1 + negative_penalty * candidate.negative);
   return value;
 }
 

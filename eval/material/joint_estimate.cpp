@@ -20,7 +20,7 @@ constexpr std::size_t searches = 4;
 /// Logarithms of specific moduli nearer than this lead to the same minimum.
 constexpr double same_modulus = 0.01;
 constexpr double tolerance = 1e-7;
-constexpr int evaluations = 800;
+constexpr int max_evaluations = 800;
 
 /// Every recording that has an estimate of its own, ready to be compared with candidates.
 struct Recordings {
@@ -129,7 +129,7 @@ JointEstimate estimate_jointly(std::span<const StruckRecording> recordings,
   for (const Candidate& start : starts(estimate, all)) {
     const Minimum found = minimise([&](std::span<const double> x) { return all.mean(x); },
                                    to_coordinates(coordinates, start), first_steps(coordinates),
-                                   tolerance, evaluations);
+                                   tolerance, max_evaluations);
     estimate.evaluations += static_cast<std::size_t>(found.evaluations) * all.objectives.size();
     if (found_one && !(found.value < estimate.metric)) continue;
     found_one = true;

@@ -12,14 +12,14 @@
 namespace carillon::eval::networks {
 
 std::vector<torch::Tensor> tensors_of(learning::Batch& batch,
-                                      const std::vector<learning::SenseLayout>& layouts) {
-  std::vector<torch::Tensor> senses;
+                                      const std::vector<learning::ModalityLayout>& layouts) {
+  std::vector<torch::Tensor> modalities;
   for (std::size_t s = 0; s < layouts.size(); ++s) {
     std::vector<std::int64_t> extent = {static_cast<std::int64_t>(batch.rows.size())};
     extent.insert(extent.end(), layouts[s].extent.begin(), layouts[s].extent.end());
-    senses.push_back(torch::from_blob(batch.senses[s].data(), extent));
+    modalities.push_back(torch::from_blob(batch.modalities[s].data(), extent));
   }
-  return senses;
+  return modalities;
 }
 
 torch::Tensor Learner::State::loss(const torch::Tensor& logits, const torch::Tensor& labels) const {
@@ -34,17 +34,18 @@ torch::Tensor Learner::State::loss(const torch::Tensor& logits, const torch::Ten
 }
 
 Tally Learner::State::look_at(learning::Batch& batch,
-                              const std::vector<learning::SenseLayout>& layouts, bool learn) {
+                              const std::vector<learning::ModalityLayout>& layouts, bool learn) {
   const torch::Tensor labels = torch::from_blob(
       batch.labels.data(), {static_cast<std::int64_t>(batch.labels.size())}, torch::kInt64);
-  std::vector<torch::Tensor> senses = tensors_of(batch, layouts);
+  std::vector<torch::Tensor> modalities = tensors_of(batch, layouts);
   const bool unsure = learn && outliers;
   if (unsure) {
     // In one pass: what a layer normalises is the same mixture that its running statistics are of.
-    const std::vector<torch::Tensor> drawn = outliers->draw(senses, labels);
-    for (std::size_t s = 0; s < senses.size(); ++s) senses[s] = torch::cat({senses[s], drawn[s]});
+    const std::vector<torch::Tensor> drawn = outliers->draw(modalities, labels);
+    for (std::size_t s = 0; s < modalities.size(); ++s)
+      modalities[s] = torch::cat({modalities[s], drawn[s]});
   }
-  const torch::Tensor all = classifier->forward(senses);
+  const torch::Tensor all = classifier->forward(modalities);
   const std::int64_t samples = labels.size(0);
   const torch::Tensor logits = all.slice(0, 0, samples);
   const torch::Tensor lost = loss(logits, labels);
@@ -59,7 +60,8 @@ Tally Learner::State::look_at(learning::Batch& batch,
           .samples = static_cast<float>(batch.rows.size())};
 }
 
-Learner::Learner(const learning::Method& method, const std::vector<learning::SenseExtent>& extents,
+Learner::Learner(const learning::Method& method,
+                 const std::vector<learning::ModalityExtent>& extents,
                  const std::vector<std::string>& classes)
     : state_(std::make_unique<State>()) {
   torch::manual_seed(core::stable_hash(fmt::format("weights {}", method.learning.seed)));
@@ -83,7 +85,7 @@ std::vector<float> Learner::predict(learning::SampleSource& source,
   try {
     const torch::NoGradGuard no_gradient;
     const learning::Method& method = state_->method;
-    learning::BatchReader reader(source, samples, method.senses,
+    learning::BatchReader reader(source, samples, method.modalities,
                                  learning::rows_of_rank(rows, ranks.rank, ranks.size),
                                  method.learning.memory);
     reader.begin({});
@@ -105,13 +107,13 @@ std::vector<float> Learner::predict(learning::SampleSource& source,
   return values;
 }
 
-std::vector<float> Learner::logits_of(const std::vector<std::vector<float>>& senses) const {
+std::vector<float> Learner::logits_of(const std::vector<std::vector<float>>& modalities) const {
   const torch::NoGradGuard no_gradient;
   std::vector<torch::Tensor> tensors;
-  for (std::size_t s = 0; s < senses.size(); ++s) {
+  for (std::size_t s = 0; s < modalities.size(); ++s) {
     std::vector<std::int64_t> extent = {1};
     extent.insert(extent.end(), state_->extents[s].begin(), state_->extents[s].end());
-    tensors.push_back(torch::tensor(senses[s]).view(extent));
+    tensors.push_back(torch::tensor(modalities[s]).view(extent));
   }
   const torch::Tensor logits = state_->classifier->forward(tensors).contiguous();
   return {logits.data_ptr<float>(), logits.data_ptr<float>() + logits.numel()};
@@ -122,8 +124,9 @@ std::vector<float> Learner::exciting_input(std::size_t class_number, std::span<c
   constexpr int steps = 150;
   constexpr double step_length = 0.05;
   if (state_->extents.size() != 1) {
-    throw core::InputError(fmt::format(
-        "{} perceives several senses: none of them alone excites a class", state_->method.name));
+    throw core::InputError(
+        fmt::format("{} perceives several modalities: none of them alone excites a class",
+                    state_->method.name));
   }
   if (!(mean_square > 0 && mean_square <= 1)) {
     throw core::InputError(
@@ -164,7 +167,7 @@ void Learner::save(const std::filesystem::path& path) const {
 Learner Learner::load(const std::filesystem::path& path) {
   const learning::SealedFile file = learning::read_sealed(path);
   Learner learner(learning::method_from(file.header.at("method")),
-                  file.header.at("extents").get<std::vector<learning::SenseExtent>>(),
+                  file.header.at("extents").get<std::vector<learning::ModalityExtent>>(),
                   file.header.at("classes").get<std::vector<std::string>>());
   from_bytes(file.blocks.at(0), *learner.state_->classifier);
   return learner;

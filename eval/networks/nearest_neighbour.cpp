@@ -31,9 +31,9 @@ Asked read_all(learning::BatchReader& reader) {
 }
 
 /// Rows whose values take half of the memory while they are gathered.
-std::size_t rows_within(double memory, const std::vector<learning::SenseLayout>& layouts) {
+std::size_t rows_within(double memory, const std::vector<learning::ModalityLayout>& layouts) {
   double bytes = 0;
-  for (const learning::SenseLayout& layout : layouts) {
+  for (const learning::ModalityLayout& layout : layouts) {
     bytes += static_cast<double>(learning::values_in(layout.extent) * sizeof(float));
   }
   constexpr double gathered = 4;  // in parts and as one, of half
@@ -81,14 +81,15 @@ std::vector<float> ask_neighbours(const learning::Method& method, learning::Samp
   try {
     const torch::NoGradGuard no_gradient;
     const double memory = method.learning.memory / 2;
-    learning::BatchReader known(source, samples, method.senses, samples.rows(learning::Part::train),
-                                memory);
+    learning::BatchReader known(source, samples, method.modalities,
+                                samples.rows(learning::Part::train), memory);
     const std::vector<std::uint32_t> own = learning::rows_of_rank(rows, ranks.rank, ranks.size);
     const std::size_t block = rows_within(memory, known.layouts());
     for (std::size_t first = 0; first < own.size(); first += block) {
       const auto begin = own.begin() + static_cast<std::ptrdiff_t>(first);
       const auto count = static_cast<std::ptrdiff_t>(std::min(block, own.size() - first));
-      learning::BatchReader asking(source, samples, method.senses, {begin, begin + count}, memory);
+      learning::BatchReader asking(source, samples, method.modalities, {begin, begin + count},
+                                   memory);
       const Asked asked = read_all(asking);
       const torch::Tensor labels = nearest_labels(asked.values, known, method.neighbours);
       for (std::size_t i = 0; i < asked.rows.size(); ++i) {

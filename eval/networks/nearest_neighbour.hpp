@@ -7,7 +7,7 @@
 
 namespace carillon::eval::networks {
 
-/// Answers of the k nearest training samples, by Euclidean distance of all values of all senses
+/// Answers of the k nearest training samples, by Euclidean distance of all values of all modalities
 /// together.
 /// @param rows  that are asked for, ascending
 /// @return of each row the fraction of its neighbours in each class, rows x classes; where classes

@@ -62,7 +62,7 @@ class Learner {
  public:
   /// @param classes  names, in the order of labels
   /// @throws InputError  an extent is too small for a branch
-  Learner(const learning::Method& method, const std::vector<learning::SenseExtent>& extents,
+  Learner(const learning::Method& method, const std::vector<learning::ModalityExtent>& extents,
           const std::vector<std::string>& classes);
   ~Learner();
   Learner(Learner&&) noexcept;
@@ -83,16 +83,17 @@ class Learner {
                              const learning::LabelledSamples& samples,
                              const std::vector<std::uint32_t>& rows, const LearningRanks& ranks);
   /// Logits of one sample.
-  /// @param senses  values of each of the method's senses, prepared
-  std::vector<float> logits_of(const std::vector<std::vector<float>>& senses) const;
+  /// @param modalities  values of each of the method's modalities, prepared
+  std::vector<float> logits_of(const std::vector<std::vector<float>>& modalities) const;
 
   /// The input of values from 0 to 1 and a given mean square that a class's logit is largest for
   /// (activation maximisation, Simonyan et al. 2014, section 2; Sterling 2019, Fig. 6.9): gradient
   /// ascent, each step a twentieth of the input's length, kept to the mean square. Of a network
-  /// with one sense.
+  /// with one modality.
   /// @param start        e.g. the samples' mean; even values may excite nothing that could rise
   /// @param mean_square  e.g. that of the samples; 0 to 1
-  /// @throws InputError  several senses, another extent, a start of zeros, or a mean square out of
+  /// @throws InputError  several modalities, another extent, a start of zeros, or a mean square out
+  /// of
   ///                     range
   std::vector<float> exciting_input(std::size_t class_number, std::span<const float> start,
                                     double mean_square) const;

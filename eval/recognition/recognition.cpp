@@ -8,7 +8,7 @@
 #include "core/json.hpp"
 #include "core/random.hpp"
 #include "eval/classification/calibration.hpp"
-#include "eval/classification/novelty.hpp"
+#include "eval/classification/open_set.hpp"
 #include "eval/learning/sealed_file.hpp"
 #include "synth/recording/noise_generators.hpp"
 
@@ -47,10 +47,11 @@ struct Scored {
   std::vector<std::size_t> groups;
 };
 
-RecognitionTrial::Novel against(const Scored& known, const Scored& novel, double threshold) {
-  return {novel.scores.size(), classification::auroc(known.scores, novel.scores),
-          classification::auroc_interval(known.scores, known.groups, novel.scores, novel.groups),
-          classification::fraction_reaching(novel.scores, threshold)};
+RecognitionTrial::Unknown against(const Scored& known, const Scored& unknown, double threshold) {
+  return {
+      unknown.scores.size(), classification::auroc(known.scores, unknown.scores),
+      classification::auroc_interval(known.scores, known.groups, unknown.scores, unknown.groups),
+      classification::fraction_reaching(unknown.scores, threshold)};
 }
 
 std::vector<double> noise_log_odds(const Recognition& recognition, const networks::Learner& learner,
@@ -95,13 +96,13 @@ Recognition learn_recognition(networks::Learner& learner, learning::SampleSource
 
 Recognised recognise(const networks::Learner& learner, const Recognition& recognition,
                      const learning::ClipPreparer& preparer, std::span<const float> clip) {
-  std::vector<std::vector<float>> senses;
+  std::vector<std::vector<float>> modalities;
   bool sounds = false;
-  for (const learning::Sense sense : learner.method().senses) {
-    senses.emplace_back(learning::values_in(preparer.extent(sense)));
-    sounds = preparer.prepare(sense, clip, senses.back()) || sounds;
+  for (const learning::Modality modality : learner.method().modalities) {
+    modalities.emplace_back(learning::values_in(preparer.extent(modality)));
+    sounds = preparer.prepare(modality, clip, modalities.back()) || sounds;
   }
-  const std::vector<double> logits = doubles(learner.logits_of(senses));
+  const std::vector<double> logits = doubles(learner.logits_of(modalities));
   Recognised recognised;
   recognised.probabilities =
       classification::softmax({logits, logits.size()}, recognition.temperature);
@@ -146,16 +147,16 @@ RecognitionTrial try_recognition(const Recognition& recognition, networks::Learn
   }
   if (!others.empty()) {
     const std::vector<float> theirs = learner.predict(source, samples, others, ranks);
-    Scored novel{log_odds(theirs, classes, recognition.temperature), {}};
-    for (const std::uint32_t row : others) novel.groups.push_back(samples.object_groups[row]);
-    trial.novel["left_out"] = against(known, novel, recognition.threshold);
+    Scored unknown{log_odds(theirs, classes, recognition.temperature), {}};
+    for (const std::uint32_t row : others) unknown.groups.push_back(samples.object_groups[row]);
+    trial.unknown["left_out"] = against(known, unknown, recognition.threshold);
   }
   for (const std::string& name : synth::recording::noise_kind_names()) {
-    Scored novel{noise_log_odds(recognition, learner, synth::recording::noise_kind(name), name),
-                 {}};
-    novel.groups.resize(novel.scores.size());
-    std::iota(novel.groups.begin(), novel.groups.end(), std::size_t{0});
-    trial.novel[name] = against(known, novel, recognition.threshold);
+    Scored unknown{noise_log_odds(recognition, learner, synth::recording::noise_kind(name), name),
+                   {}};
+    unknown.groups.resize(unknown.scores.size());
+    std::iota(unknown.groups.begin(), unknown.groups.end(), std::size_t{0});
+    trial.unknown[name] = against(known, unknown, recognition.threshold);
   }
   return trial;
 }
@@ -167,14 +168,14 @@ nlohmann::ordered_json to_json(const RecognitionTrial& trial) {
       {"uncalibrated_error", core::number_or_null(trial.uncalibrated_error)},
       {"calibration_by_chance", core::number_or_null(trial.calibration_by_chance)},
       {"accepted", core::number_or_null(trial.accepted)},
-      {"novel", nlohmann::ordered_json::object()}};
-  for (const auto& [name, novel] : trial.novel) {
-    found["novel"][name] = {
-        {"sounds", novel.sounds},
-        {"auroc", core::number_or_null(novel.auroc)},
+      {"unknown", nlohmann::ordered_json::object()}};
+  for (const auto& [name, unknown] : trial.unknown) {
+    found["unknown"][name] = {
+        {"sounds", unknown.sounds},
+        {"auroc", core::number_or_null(unknown.auroc)},
         {"auroc95",
-         {core::number_or_null(novel.auroc95.low), core::number_or_null(novel.auroc95.high)}},
-        {"accepted", core::number_or_null(novel.accepted)}};
+         {core::number_or_null(unknown.auroc95.low), core::number_or_null(unknown.auroc95.high)}},
+        {"accepted", core::number_or_null(unknown.accepted)}};
   }
   return found;
 }
@@ -189,13 +190,13 @@ RecognitionTrial trial_from(const nlohmann::json& found) {
   trial.uncalibrated_error = number(found, "uncalibrated_error");
   trial.calibration_by_chance = number(found, "calibration_by_chance");
   trial.accepted = number(found, "accepted");
-  for (const auto& [name, novel] : found.at("novel").items()) {
-    const nlohmann::json& bounds = novel.at("auroc95");
-    trial.novel[name] = {
-        .sounds = novel.at("sounds"),
-        .auroc = number(novel, "auroc"),
+  for (const auto& [name, unknown] : found.at("unknown").items()) {
+    const nlohmann::json& bounds = unknown.at("auroc95");
+    trial.unknown[name] = {
+        .sounds = unknown.at("sounds"),
+        .auroc = number(unknown, "auroc"),
         .auroc95 = {core::number_or_nan(bounds.at(0)), core::number_or_nan(bounds.at(1))},
-        .accepted = number(novel, "accepted")};
+        .accepted = number(unknown, "accepted")};
   }
   return trial;
 }

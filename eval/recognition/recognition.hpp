@@ -55,7 +55,7 @@ struct RecognitionTrial {
   double accepted = 0;  ///< fraction of test samples that are taken for known
   /// Of sounds of none of the classes: area under the receiver operating characteristic against the
   /// test samples, and the fraction that is taken for known.
-  struct Novel {
+  struct Unknown {
     std::size_t sounds = 0;
     double auroc = 0;
     core::Range
@@ -65,7 +65,7 @@ struct RecognitionTrial {
   /// `left_out`: the source's samples of labels that the task leaves out, where there are; `white`,
   /// `pink`, `brown`, `hum` and `babble`: noises, the last of which is speech-like. Of those, brown
   /// and babble are never learnt from.
-  std::map<std::string, Novel> novel;
+  std::map<std::string, Unknown> unknown;
 };
 
 /// @param test         logits of the test samples

@@ -17,7 +17,7 @@ namespace {
 using core::InputError;
 namespace fs = std::filesystem;
 
-constexpr const char* recordings = "deconvolved_0db.npy";
+constexpr const char* recordings_name = "deconvolved_0db.npy";
 constexpr const char* mesh_name = "transformed.obj";
 /// How far a vertex of the mesh may lie from where the folder says it is, as a fraction of the
 /// object's longest side.
@@ -30,10 +30,10 @@ fs::path folder_of_arrays(const fs::path& folder) {
                           "give the folder of one object, such as dataset/22_Cup");
   }
   for (const fs::path& place : {folder, folder / "preprocessed"}) {
-    if (fs::exists(place / recordings)) return place;
+    if (fs::exists(place / recordings_name)) return place;
   }
   throw core::FileError(
-      fmt::format("{}: there is no {}, here or in preprocessed/", folder.string(), recordings),
+      fmt::format("{}: there is no {}, here or in preprocessed/", folder.string(), recordings_name),
       "give the folder of one object as the dataset's download.sh unpacks it");
 }
 
@@ -55,9 +55,9 @@ std::vector<double> read_columns(const fs::path& path, std::uint64_t rows, std::
                                  path.string(), fmt::join(file.extent(), " x "), columns));
   }
   if (file.rows() != rows) {
-    throw InputError(
-        fmt::format("{}: {} rows, but {} has {}", path.string(), file.rows(), recordings, rows),
-        "all arrays of an object have one row for each recording");
+    throw InputError(fmt::format("{}: {} rows, but {} has {}", path.string(), file.rows(),
+                                 recordings_name, rows),
+                     "all arrays of an object have one row for each recording");
   }
   return file.read_rows(0, rows);
 }
@@ -115,7 +115,7 @@ ImpactFolder read_impact_folder(const fs::path& folder, const std::string& mesh)
   const fs::path place = folder_of_arrays(folder);
   ImpactFolder read{.mesh = mesh.empty() ? place / mesh_name : fs::path(mesh),
                     .centre = Vec3::Zero(),
-                    .recordings = open_array(place / recordings),
+                    .recordings = open_array(place / recordings_name),
                     .vertices = {},
                     .struck = {},
                     .listeners = {},
@@ -125,7 +125,7 @@ ImpactFolder read_impact_folder(const fs::path& folder, const std::string& mesh)
   if (read.recordings.extent().size() != 2 || read.recordings.rows() == 0 ||
       read.recordings.row_size() == 0) {
     throw InputError(fmt::format("{}: an array of {}, where recordings x samples is expected",
-                                 (place / recordings).string(),
+                                 (place / recordings_name).string(),
                                  fmt::join(read.recordings.extent(), " x ")));
   }
   if (!fs::exists(place / mesh_name)) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "eval/damping/law_text.hpp"
 #include "eval/studies/detail/damping_validation.hpp"
 
 namespace carillon::eval::studies {
@@ -12,12 +13,6 @@ using core::ConfigNode;
 using core::Dimension;
 
 namespace {
-
-const std::vector<NamedEstimator> estimators = {
-    {"emg", damping::Estimator::emg},
-    {"emg_relative", damping::Estimator::emg_relative},
-    {"least_squares", damping::Estimator::least_squares},
-    {"lower_bound", damping::Estimator::lower_bound}};
 
 /// Different names, each of those that are allowed.
 std::vector<std::string> read_names(ConfigNode& node, const std::string& key,
@@ -134,11 +129,11 @@ DampingValidation read_damping_config(ConfigNode& node, const EvaluatedDatasets&
     if (form.name == validation.model) validation.law.kind = form.kind;
   }
   std::vector<std::string> all;
-  for (const NamedEstimator& estimator : estimators) all.push_back(estimator.name);
+  for (const damping::Estimator estimator : damping::all_estimators) {
+    all.emplace_back(damping::name_of(estimator));
+  }
   for (const std::string& name : read_names(node, "estimators", all, all)) {
-    validation.estimators.push_back(
-        *std::find_if(estimators.begin(), estimators.end(),
-                      [&](const NamedEstimator& known) { return known.name == name; }));
+    validation.estimators.push_back({name, damping::estimator_named(name)});
   }
   validation.sounds = read_sounds(node, datasets);
   validation.draws = static_cast<int>(node.integer("draws", 1, 100000, 30));

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "core/random.hpp"
-#include "render/maps/patterns.hpp"
+#include "render/maps/detail/patterns.hpp"
 
 namespace carillon::render::maps {
 namespace {

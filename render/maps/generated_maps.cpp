@@ -8,7 +8,7 @@
 
 #include "core/error.hpp"
 #include "core/units.hpp"
-#include "render/maps/patterns.hpp"
+#include "render/maps/detail/patterns.hpp"
 
 namespace carillon::render::maps {
 namespace {

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "render/maps/patterns.hpp"
+#include "render/maps/detail/patterns.hpp"
 
 namespace carillon::render::maps {
 

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "render/maps/fourier_grid.hpp"
+#include "render/maps/detail/fourier_grid.hpp"
 #include "render/maps/surface_map.hpp"
 
 namespace carillon::render::maps {

@@ -5,8 +5,8 @@
 #include <limits>
 
 #include "core/random.hpp"
-#include "render/maps/fourier_grid.hpp"
-#include "render/maps/patterns.hpp"
+#include "render/maps/detail/fourier_grid.hpp"
+#include "render/maps/detail/patterns.hpp"
 
 namespace carillon::render::maps {
 

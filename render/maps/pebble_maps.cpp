@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/random.hpp"
-#include "render/maps/patterns.hpp"
+#include "render/maps/detail/patterns.hpp"
 
 namespace carillon::render::maps {
 namespace {

@@ -5,7 +5,7 @@
 #include <span>
 
 #include "core/error.hpp"
-#include "render/maps/ball_search.hpp"
+#include "render/maps/detail/ball_search.hpp"
 
 namespace carillon::render::maps {
 namespace {

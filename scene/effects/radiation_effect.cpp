@@ -103,9 +103,10 @@ SceneEffect read(core::ConfigNode& root, const Scene& scene) {
     config.damping = node.flag("damps_modes", true);
     config.doubtful = node.choice("doubtful", {"keep", "drop", "stop"}, "keep");
     config.sources.per_wavelength = static_cast<double>(node.integer("per_wavelength", 1, 100, 4));
-    config.sources.least = static_cast<int>(node.integer("min_sources", 10, 5000, 200));
-    config.sources.most = static_cast<int>(node.integer("max_sources", config.sources.least, 5000,
-                                                        std::max(400, config.sources.least)));
+    config.sources.min_sources = static_cast<int>(node.integer("min_sources", 10, 5000, 200));
+    config.sources.max_sources =
+        static_cast<int>(node.integer("max_sources", config.sources.min_sources, 5000,
+                                      std::max(400, config.sources.min_sources)));
   }
   SceneEffect effect;
   if (scene.listeners.empty()) {

@@ -8,6 +8,12 @@ mesh::Meridian sphere_meridian(const mesh::GeneratedShape& shape) {
   return mesh::ball_meridian(parameter(shape, "radius"));
 }
 
+mesh::ShapeExtent pebble_extent(const mesh::GeneratedShape& shape) {
+  return box_extent(
+      {parameter(shape, "length"), parameter(shape, "width"), parameter(shape, "height")},
+      ellipsoid_fraction);
+}
+
 }  // namespace
 
 std::vector<Family> ball_families() {
@@ -23,7 +29,9 @@ std::vector<Family> ball_families() {
             {"width", 0.04, 0.08, "along y [m]"},
             {"height", 0.03, 0.06, "along z [m]"}},
            check_parameters,
-           nullptr}};
+           nullptr,
+           nullptr,
+           pebble_extent}};
 }
 
 }  // namespace carillon::solvers::families

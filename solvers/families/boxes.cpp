@@ -52,6 +52,16 @@ mesh::MeshResult mesh_tile(const mesh::GeneratedShape& shape, const mesh::MeshOp
       options);
 }
 
+mesh::ShapeExtent bar_extent(const mesh::GeneratedShape& shape) {
+  return box_extent(
+      {parameter(shape, "length"), parameter(shape, "width"), parameter(shape, "height")});
+}
+
+mesh::ShapeExtent tile_extent(const mesh::GeneratedShape& shape) {
+  return box_extent(
+      {parameter(shape, "length"), parameter(shape, "width"), parameter(shape, "thickness")});
+}
+
 }  // namespace
 
 std::vector<Family> box_families() {
@@ -61,21 +71,27 @@ std::vector<Family> box_families() {
             {"width", 0.015, 0.04, "along y [m]"},
             {"height", 0.004, 0.015, "along z [m]"}},
            check_parameters,
-           mesh_bar},
+           mesh_bar,
+           nullptr,
+           bar_extent},
           {"block",
            "solid rectangular block",
            {{"length", 0.05, 0.15, "along x [m]"},
             {"width", 0.04, 0.1, "along y [m]"},
             {"height", 0.03, 0.08, "along z [m]"}},
            check_parameters,
-           mesh_bar},
+           mesh_bar,
+           nullptr,
+           bar_extent},
           {"tile",
            "thin rectangular tile or pane",
            {{"length", 0.08, 0.25, "along x [m]"},
             {"width", 0.08, 0.25, "along y [m]"},
             {"thickness", 0.004, 0.012, "along z [m]"}},
            check_tile,
-           mesh_tile}};
+           mesh_tile,
+           nullptr,
+           tile_extent}};
 }
 
 }  // namespace carillon::solvers::families

@@ -45,6 +45,26 @@ const Family& find_family(const std::string& name) {
                                          : fmt::format("did you mean \"{}\"?", nearest));
 }
 
+mesh::ShapeExtent extent_of(const mesh::GeneratedShape& shape) {
+  const Family& family = find_family(shape.family);
+  if (family.extent) return family.extent(shape);
+  const mesh::MeridianSize size = mesh::measure(family.meridian(shape));
+  return {size.volume, 2 * size.volume / size.surface, size.longest_side()};
+}
+
+void scale_to(mesh::GeneratedShape& shape, double length) {
+  const double factor = length / extent_of(shape).longest_side;
+  for (auto& [name, value] : shape.parameters) value *= factor;
+  for (auto& point : shape.profile) {
+    for (double& value : point) value *= factor;
+  }
+}
+
+mesh::ShapeExtent box_extent(const Vec3& sides, double fraction) {
+  const double x = sides.x(), y = sides.y(), z = sides.z();
+  return {fraction * x * y * z, x * y * z / (x * y + y * z + z * x), sides.maxCoeff()};
+}
+
 double parameter(const mesh::GeneratedShape& shape, const std::string& name) {
   return shape.parameters.at(name);
 }

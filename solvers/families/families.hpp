@@ -31,6 +31,11 @@ struct Family {
   mesh::MeshResult (*mesh)(const mesh::GeneratedShape& shape, const mesh::MeshOptions& options);
   /// Section of a body of revolution about z (checks the shape first); null for other bodies.
   mesh::Meridian (*meridian)(const mesh::GeneratedShape& shape) = nullptr;
+  /// Size of a body without a section.
+  mesh::ShapeExtent (*extent)(const mesh::GeneratedShape& shape) = nullptr;
+  /// Cells that one layer needs to follow the family's curves, however large they may be; counted
+  /// on meshes of instances in the middle of the ranges.
+  double curve_cells = 0;
 };
 
 /// All families: bar, block, tile, disc, cylinder, tube, ring, plate (dinner plate), bowl, cup,
@@ -38,6 +43,14 @@ struct Family {
 std::span<const Family> families();
 /// @throws InputError  unknown; names the nearest
 const Family& find_family(const std::string& name);
+
+/// Size of a shape of any family, from its parameters.
+/// @throws InputError  they do not fit together
+mesh::ShapeExtent extent_of(const mesh::GeneratedShape& shape);
+
+/// Scales a shape so that the longest side of its box is so long [m].
+/// @throws InputError  its parameters do not fit together
+void scale_to(mesh::GeneratedShape& shape, double length);
 
 /// Tetrahedra of a shape of any family; in carillon_mesher.
 mesh::MeshResult mesh_family(const mesh::GeneratedShape& shape, const mesh::MeshOptions& options);

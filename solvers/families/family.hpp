@@ -1,5 +1,6 @@
 #pragma once
 
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,12 @@ mesh::MeshResult mesh_wrench(const mesh::GeneratedShape& shape, const mesh::Mesh
 
 /// Value of a parameter of a checked shape.
 double parameter(const mesh::GeneratedShape& shape, const std::string& name);
+
+/// Of a body that fills a fraction of its box, whose sides are given [m].
+mesh::ShapeExtent box_extent(const Vec3& sides, double fraction = 1);
+
+/// An ellipsoid's volume beside that of its box.
+inline constexpr double ellipsoid_fraction = std::numbers::pi / 6;
 
 /// Every parameter of the family is there, positive and finite, and no other.
 /// @throws InputError  names the parameter, or the nearest one that exists

@@ -130,6 +130,25 @@ mesh::MeshResult mesh_bauble(const mesh::GeneratedShape& shape, const mesh::Mesh
                         }));
 }
 
+/// @param fraction  of its box that the body fills from outside
+mesh::ShapeExtent hollow_extent(const mesh::GeneratedShape& shape, double fraction) {
+  const double wall = parameter(shape, "wall");
+  const Vec3 sides(parameter(shape, "length"), parameter(shape, "width"),
+                   parameter(shape, "height"));
+  mesh::ShapeExtent extent = box_extent(sides, fraction);
+  extent.volume -= fraction * (sides.array() - 2 * wall).prod();
+  extent.thickness = wall;
+  return extent;
+}
+
+mesh::ShapeExtent box_of_walls(const mesh::GeneratedShape& shape) {
+  return hollow_extent(shape, 1);
+}
+
+mesh::ShapeExtent bauble_extent(const mesh::GeneratedShape& shape) {
+  return hollow_extent(shape, ellipsoid_fraction);
+}
+
 }  // namespace
 
 std::vector<Family> hollow_families() {
@@ -140,7 +159,9 @@ std::vector<Family> hollow_families() {
             {"height", 0.03, 0.08, "along z [m]"},
             {"wall", 0.0015, 0.005, "thickness [m]"}},
            check_box,
-           mesh_hollow_box},
+           mesh_hollow_box,
+           nullptr,
+           box_of_walls},
           {"can",
            "hollow cylinder, closed at both ends: a cylinder from outside",
            {{"radius", 0.02, 0.05, "[m]"},
@@ -156,7 +177,9 @@ std::vector<Family> hollow_families() {
             {"height", 0.03, 0.06, "along z [m]"},
             {"wall", 0.0015, 0.005, "thickness at the ends of the axes [m]"}},
            check_box,
-           mesh_bauble}};
+           mesh_bauble,
+           nullptr,
+           bauble_extent}};
 }
 
 }  // namespace carillon::solvers::families

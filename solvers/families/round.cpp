@@ -136,7 +136,9 @@ std::vector<Family> round_families() {
            {{"radius", 0.04, 0.15, "[m]"}, {"thickness", 0.003, 0.015, "along z [m]"}},
            check_parameters,
            mesh_disc,
-           disc_meridian},
+           disc_meridian,
+           nullptr,
+           60},
           {"cylinder",
            "solid cylinder",
            {{"radius", 0.02, 0.05, "[m]"}, {"length", 0.05, 0.15, "along z [m]"}},
@@ -150,7 +152,9 @@ std::vector<Family> round_families() {
             {"length", 0.08, 0.3, "along z [m]"}},
            check_tube,
            mesh_tube,
-           tube_meridian},
+           tube_meridian,
+           nullptr,
+           110},
           {"ring",
            "ring with a rectangular section",
            {{"radius", 0.04, 0.09, "outer radius [m]"},
@@ -158,7 +162,9 @@ std::vector<Family> round_families() {
             {"height", 0.005, 0.02, "along z [m]"}},
            check_ring,
            mesh_ring,
-           ring_meridian}};
+           ring_meridian,
+           nullptr,
+           60}};
 }
 
 }  // namespace carillon::solvers::families

@@ -23,7 +23,9 @@ Family turned_family() {
           {},
           check_turned,
           nullptr,
-          turned_meridian};
+          turned_meridian,
+          nullptr,
+          60};
 }
 
 }  // namespace carillon::solvers::families

@@ -13,6 +13,13 @@ void check_wrench(const mesh::GeneratedShape& shape) {
   require(parameter(shape, "thickness") <= head, shape, "thickness must not exceed head_radius");
 }
 
+/// Two thirds of the way is handle, a third head.
+mesh::ShapeExtent wrench_extent(const mesh::GeneratedShape& shape) {
+  const double width =
+      (2 * parameter(shape, "handle_width") + 1.3 * parameter(shape, "head_radius")) / 3;
+  return box_extent({parameter(shape, "length"), width, parameter(shape, "thickness")});
+}
+
 }  // namespace
 
 Family wrench_family() {
@@ -24,7 +31,9 @@ Family wrench_family() {
            {"jaw_width", 0.012, 0.024, "[m]"},
            {"thickness", 0.004, 0.01, "along z [m]"}},
           check_wrench,
-          nullptr};
+          nullptr,
+          nullptr,
+          wrench_extent};
 }
 
 }  // namespace carillon::solvers::families

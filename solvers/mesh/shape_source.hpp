@@ -30,6 +30,13 @@ struct MeshFile {
   double wrap_tolerance = 0.002;  ///< alpha-wrap offset as a fraction of the box diagonal
 };
 
+/// A body's size as far as it is known without a mesh.
+struct ShapeExtent {
+  double volume = 0;        ///< [m^3]
+  double thickness = 0;     ///< 2 volume / area [m]
+  double longest_side = 0;  ///< of its box [m]
+};
+
 /// How fine the tetrahedra are.
 struct MeshOptions {
   int order = 3;            ///< Lagrange order of the nodes, 1 to 4

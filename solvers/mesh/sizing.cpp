@@ -12,25 +12,6 @@
 namespace carillon::solvers::mesh {
 namespace {
 
-/// How far a size may be coarsened or refined for one order.
-struct Budget {
-  double cells_per_radian;   ///< size x bending wave number that an order resolves
-  std::int64_t least, most;  ///< tetrahedra
-};
-
-Budget budget_of(int order) {
-  switch (order) {
-    case 1:
-      return {0.35, 4000, 20000};
-    case 2:
-      return {0.7, 2400, 5000};
-    case 3:
-      return {1.4, 900, 1700};
-    default:
-      return {2.4, 300, 700};
-  }
-}
-
 /// Sizes next to each other around the one where `count` passes `goal`: the first makes more, the
 /// second at most as many.
 std::pair<double, double> sizes_around(std::int64_t goal, double low, double high,
@@ -61,20 +42,35 @@ double cell_with_edge(double edge, double thickness) {
 
 }  // namespace
 
+SizeBudget size_budget(int order) {
+  switch (order) {
+    case 1:
+      return {0.35, 4000, 20000};
+    case 2:
+      return {0.7, 2400, 5000};
+    case 3:
+      return {1.4, 900, 1700};
+    default:
+      return {2.4, 300, 700};
+  }
+}
+
+double wanted_cell(const MeshOptions& options, double thickness) {
+  if (options.element_size > 0) return cell_with_edge(options.element_size, thickness);
+  return size_budget(options.order).cells_per_radian / bending_wave_number_20khz(thickness);
+}
+
 double cell_size(const MeshOptions& options, double thickness, double longest_side,
                  const CountAtSize& count) {
   const double tiny = 1e-4 * longest_side, huge = 2 * longest_side;
-  double cell;
-  if (options.element_size > 0) {
-    cell = cell_with_edge(options.element_size, thickness);
-  } else {
-    const Budget budget = budget_of(options.order);
-    cell = budget.cells_per_radian / bending_wave_number_20khz(thickness);
+  double cell = wanted_cell(options, thickness);
+  if (!(options.element_size > 0)) {
+    const SizeBudget budget = size_budget(options.order);
     if (cell > huge) cell = huge;
-    if (cell < tiny || count(cell) > budget.most)
-      cell = sizes_around(budget.most, tiny, huge, count).second;
-    else if (count(cell) < budget.least)
-      cell = sizes_around(budget.least, tiny, cell, count).first;
+    if (cell < tiny || count(cell) > budget.max)
+      cell = sizes_around(budget.max, tiny, huge, count).second;
+    else if (count(cell) < budget.min)
+      cell = sizes_around(budget.min, tiny, cell, count).first;
   }
   // A size far below the body's would overflow the count of a grid.
   const double safe = std::max(cell, tiny);

@@ -10,6 +10,16 @@ namespace carillon::solvers::mesh {
 /// Number of tetrahedra that a family would make with cells of a size [m]; falls with the size.
 using CountAtSize = std::function<std::int64_t(double)>;
 
+/// How far a size that is left to the mesher may be coarsened or refined for an order.
+struct SizeBudget {
+  double cells_per_radian;  ///< size x bending wave number that the order resolves
+  std::int64_t min, max;    ///< tetrahedra
+};
+SizeBudget size_budget(int order);
+
+/// The cell that is wanted [m], before numbers of elements bound it: see cell_size().
+double wanted_cell(const MeshOptions& options, double thickness);
+
 /// Side of the cells [m] of a body with one thinnest direction.
 ///
 /// With element_size given: the cells whose diagonal is that long. Otherwise the size resolves

@@ -25,7 +25,7 @@ namespace {
 
 constexpr std::size_t kept_output = 4096;
 /// How long a poll sleeps at most [s].
-constexpr double step_length = 0.02;
+constexpr double max_poll_s = 0.02;
 /// How often a child is looked after that has closed its streams [s]: as a rule it is about to end,
 /// and whoever waits for it has nothing else to do.
 constexpr double last_step = 0.001;
@@ -143,7 +143,7 @@ ChildExit run_child(const std::filesystem::path& program, const std::vector<std:
     }
     pollfd waiting{pipe.ends[0], POLLIN, 0};
     const int milliseconds = static_cast<int>(
-        std::ceil(1000 * std::clamp(left, 0.001, streaming ? step_length : last_step)));
+        std::ceil(1000 * std::clamp(left, 0.001, streaming ? max_poll_s : last_step)));
     if (poll(&waiting, streaming ? 1 : 0, milliseconds) > 0) {
       streaming = take_output(pipe.ends[0], exit.output);
     }

@@ -131,11 +131,12 @@ std::string formula_of(const DampingModel& model) {
 std::optional<core::Fault> damping_fault(const DampingModel& model) {
   const DampingForm& form = form_of(model.kind);
   const auto& alpha = model.parameters;
-  if (alpha.size() < form.least || alpha.size() > form.most) {
-    return core::Fault{"damping",
-                       fmt::format("{} damping takes {} parameter{}, not {}", form.name, form.least,
-                                   form.least == 1 ? " or more" : "s", alpha.size()),
-                       form.formula};
+  if (alpha.size() < form.min_parameters || alpha.size() > form.max_parameters) {
+    return core::Fault{
+        "damping",
+        fmt::format("{} damping takes {} parameter{}, not {}", form.name, form.min_parameters,
+                    form.min_parameters == 1 ? " or more" : "s", alpha.size()),
+        form.formula};
   }
   // A series may be negative in between and an expression anywhere; exponents may have any sign.
   std::size_t factors = 0;

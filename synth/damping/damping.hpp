@@ -40,8 +40,8 @@ struct DampingForm {
   const char* name;
   const char* formula;      ///< "c = alpha1 + alpha2 lambda"
   const char* description;  ///< for whom, and from which paper
-  std::size_t least;        ///< number of parameters
-  std::size_t most;
+  std::size_t min_parameters;
+  std::size_t max_parameters;
   std::vector<std::string> units;  ///< of alpha1, alpha2, ...; those of a series go on as s^(2k-3)
 };
 const std::vector<DampingForm>& damping_forms();

@@ -48,7 +48,7 @@ DampingModel make_damping(const std::string& word, const std::map<int, double>& 
     model.expression = word;
   }
   model.kind = form->kind;
-  if (last > form->most) {
+  if (last > form->max_parameters) {
     throw InputError(
         fmt::format("{} damping has no {}", form->name, parameter_name(last - 1)),
         word.empty() ? "name the model: damping: caughey or damping: hybrid" : form->formula);
@@ -56,7 +56,7 @@ DampingModel make_damping(const std::string& word, const std::map<int, double>& 
   // Rayleigh's terms may be left out one by one; where others lack one it was forgotten.
   const bool rayleigh = form->kind == DampingKind::rayleigh;
   model.parameters.assign(rayleigh ? 2 : last, 0.0);
-  for (std::size_t i = 0; i < std::max(last, form->least); ++i) {
+  for (std::size_t i = 0; i < std::max(last, form->min_parameters); ++i) {
     const auto found = alphas.find(static_cast<int>(i) + 1);
     if (found != alphas.end()) {
       model.parameters[i] = found->second;

@@ -58,7 +58,7 @@ struct MotionString {
 };
 
 /// Into which a step is cut at the most.
-inline constexpr int substep_limit = 64;
+inline constexpr int max_substep_count = 64;
 
 struct MotionOptions {
   double seconds = 1;
@@ -114,8 +114,8 @@ struct Motion {
   std::vector<std::vector<double>> tensions;   ///< [steps][strings], mean over the step [N]
   std::vector<double> energy;                  ///< kinetic and potential [J], steps + 1 values
   int max_substeps = 1;  ///< into which a step was cut for bodies that are fast and thin
-  /// When a body was first so fast and thin that substep_limit were too few: things may then pass
-  /// through one another [s].
+  /// When a body was first so fast and thin that max_substep_count were too few: things may then
+  /// pass through one another [s].
   std::optional<double> too_fast;
   std::vector<Overlap> overlaps;  ///< of more than a thousandth of the smaller body
   std::vector<double> left;       ///< time at which each body left the world [s]; infinite: never

@@ -112,8 +112,8 @@ Motion simulate_motion(std::span<const MovingBody> bodies, std::span<const Motio
       }
     }
     const int wanted = world.parts(options.step);
-    const int parts = std::min(wanted, substep_limit);
-    if (wanted > substep_limit && !motion.too_fast) {
+    const int parts = std::min(wanted, max_substep_count);
+    if (wanted > max_substep_count && !motion.too_fast) {
       motion.too_fast = static_cast<double>(k) * options.step;
     }
     motion.max_substeps = std::max(motion.max_substeps, parts);

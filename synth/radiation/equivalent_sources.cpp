@@ -67,8 +67,8 @@ std::size_t layer_count(const surface::OuterTriangles& surface, double highest_w
                         const EquivalentSourcesOptions& options) {
   const double per_metre = options.per_wavelength * highest_wavenumber / (2 * std::numbers::pi);
   const double wanted = surface.area * per_metre * per_metre;
-  return static_cast<std::size_t>(
-      std::clamp(wanted, static_cast<double>(options.least), static_cast<double>(options.most)));
+  return static_cast<std::size_t>(std::clamp(wanted, static_cast<double>(options.min_sources),
+                                             static_cast<double>(options.max_sources)));
 }
 
 }  // namespace

@@ -12,8 +12,8 @@ namespace carillon::synth::radiation {
 /// How finely a body's surface is sampled for its radiation.
 struct EquivalentSourcesOptions {
   double per_wavelength = 4;  ///< sources along the wavelength of the highest mode
-  int least = 200;  ///< sources of any body: bending is shorter than the wavelength in air
-  int most = 400;   ///< cap; the cost of a mode grows with its square
+  int min_sources = 200;  ///< sources of any body: bending is shorter than the wavelength in air
+  int max_sources = 400;  ///< cap; the cost of a mode grows with its square
 };
 
 /// Sources inside a body that make the sound of each of its modes: fitted once, heard anywhere.

@@ -18,8 +18,8 @@ constexpr const char* method = "equivalent sources 4";
 
 std::string key_of(const solvers::modes::Modes& modes, const EquivalentSourcesOptions& options) {
   const std::vector<double> numbers = {options.per_wavelength,
-                                       static_cast<double>(options.least),
-                                       static_cast<double>(options.most),
+                                       static_cast<double>(options.min_sources),
+                                       static_cast<double>(options.max_sources),
                                        static_cast<double>(modes.surface.order),
                                        modal::air_density,
                                        modal::speed_of_sound};

@@ -13,10 +13,10 @@ namespace carillon::synth::recording {
 
 namespace {
 
-constexpr double silence = 1e-5;      // -100 dB of full scale: a tenth of 16 bits' smallest step
-constexpr double silent_gap = 0.1;    // [s]
-constexpr double step_length = 0.01;  // [s]
-constexpr double shortest = 0.001;    // [s]
+constexpr double silence = 1e-5;    // -100 dB of full scale: a tenth of 16 bits' smallest step
+constexpr double silent_gap = 0.1;  // [s]
+constexpr double step_s = 0.01;     // [s]
+constexpr double shortest = 0.001;  // [s]
 constexpr double lowest_rate = 1e3;
 constexpr double highest_rate = 1e6;
 
@@ -77,7 +77,7 @@ MonoRecording read_mono(const std::filesystem::path& path, int channel) {
 }
 
 std::vector<Run> audible_runs(std::span<const float> samples, double sample_rate) {
-  const auto step = std::max<std::size_t>(1, static_cast<std::size_t>(step_length * sample_rate));
+  const auto step = std::max<std::size_t>(1, static_cast<std::size_t>(step_s * sample_rate));
   const auto gap = static_cast<std::size_t>(std::ceil(silent_gap * sample_rate));
   std::vector<Run> runs;
   for (std::size_t begin = 0; begin < samples.size(); begin += step) {

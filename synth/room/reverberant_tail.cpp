@@ -17,10 +17,10 @@ namespace carillon::synth::room {
 
 namespace {
 
-constexpr double decay_constant = 6 * std::numbers::ln10;  ///< 60 dB of energy
-constexpr double matched_time = 0.010;                     ///< [s] before the start
+constexpr double energy_decay_60db = 6 * std::numbers::ln10;  ///< 60 dB of energy
+constexpr double matched_time = 0.010;                        ///< [s] before the start
 constexpr int enough_images = 6;
-constexpr double full_length = 1.5;        ///< of an octave's tail in reverberation times: 90 dB
+constexpr double tail_lengths = 1.5;       ///< of an octave's tail in reverberation times: 90 dB
 constexpr double half_width = 1.0 / 24;    ///< of the crossings [octaves]
 constexpr double lowest_frequency = 20;    ///< [Hz]; nothing below
 constexpr std::size_t shortest = 4096;     ///< samples of noise: bins in every octave
@@ -185,7 +185,7 @@ std::vector<double> stretch_gains(signal::RealFft& whole, std::size_t octave, do
 
   std::vector<double> gains(stretches, 1.0);
   std::vector<double> decay(end - begin);
-  const double fall = std::exp(-decay_constant / (2 * rt60 * rate));
+  const double fall = std::exp(-energy_decay_60db / (2 * rt60 * rate));
   const auto heard = [&] {
     double envelope = 1;
     for (std::size_t n = 0; n < decay.size(); ++n) {
@@ -206,7 +206,7 @@ std::vector<double> stretch_gains(signal::RealFft& whole, std::size_t octave, do
     double mean = 0;
     for (std::size_t s = 0; s < stretches; ++s) {
       levels[s] = std::log(std::max(levels[s], 1e-300)) +
-                  decay_constant * stretch_time * static_cast<double>(s);
+                  energy_decay_60db * stretch_time * static_cast<double>(s);
       mean += levels[s] / static_cast<double>(stretches);
     }
     for (std::size_t s = 0; s < stretches; ++s) {
@@ -216,7 +216,7 @@ std::vector<double> stretch_gains(signal::RealFft& whole, std::size_t octave, do
   for (int round = 0; round < corrections; ++round) {
     const auto found = reverberation_time(heard(), rate);
     if (!found) break;  // a clip that ends before 45 dB are gone
-    const double slope = decay_constant / 2 * stretch_time * (rt60 / found->rt60 - 1);
+    const double slope = energy_decay_60db / 2 * stretch_time * (rt60 / found->rt60 - 1);
     for (std::size_t s = 0; s < stretches; ++s) {
       gains[s] *= std::exp(std::clamp(slope, -0.1, 0.1) *
                            (static_cast<double>(s) - static_cast<double>(stretches - 1) / 2));
@@ -230,7 +230,7 @@ std::vector<double> stretch_gains(signal::RealFft& whole, std::size_t octave, do
 double TailPlan::energy_db() const {
   double loudest = 0;
   for (std::size_t b = 0; b < octave_count; ++b) {
-    loudest = std::max(loudest, power[b] * rt60[b] / decay_constant);
+    loudest = std::max(loudest, power[b] * rt60[b] / energy_decay_60db);
   }
   return core::decibels(std::max(loudest, 1e-300));
 }
@@ -247,7 +247,7 @@ TailPlan plan_tail(const Eigen::Vector3d& size, std::span<const ImageSource> ima
   for (std::size_t b = octaves; b < octave_count; ++b) plan.rt60[b] = 0;
   plan.level.fill(1);
 
-  const auto rate = [&](std::size_t b) { return decay_constant / plan.rt60[b]; };
+  const auto rate = [&](std::size_t b) { return energy_decay_60db / plan.rt60[b]; };
   // The direct sound is 1 whatever air has taken from it: so much more is everything else.
   for (std::size_t b = 0; b < octaves; ++b) {
     if (plan.rt60[b] == 0) continue;
@@ -302,7 +302,7 @@ std::vector<double> reverberant_tail(const TailPlan& plan, double sample_rate, s
   if (!(first_sample < static_cast<double>(count))) return {};
   const auto start = static_cast<std::size_t>(first_sample);
   const auto length = [&](std::size_t b) {
-    return static_cast<std::size_t>(std::min(std::ceil(full_length * plan.rt60[b] * sample_rate),
+    return static_cast<std::size_t>(std::min(std::ceil(tail_lengths * plan.rt60[b] * sample_rate),
                                              static_cast<double>(count - start)));
   };
   std::size_t longest = 0;
@@ -331,7 +331,7 @@ std::vector<double> reverberant_tail(const TailPlan& plan, double sample_rate, s
     if (gains.size() > 1) {
       apply_gains(fft.signal().first(end), gains, first, stretch);
     }
-    const double decay = std::exp(-decay_constant / (2 * plan.rt60[b] * sample_rate));
+    const double decay = std::exp(-energy_decay_60db / (2 * plan.rt60[b] * sample_rate));
     double envelope = std::sqrt(plan.power[b] / sample_rate);
     for (std::size_t n = 0; n < end; ++n) {
       const auto step = static_cast<std::size_t>(static_cast<double>(n) / sample_rate / plan.step);

@@ -124,7 +124,7 @@ int main(int argc, char** argv) {
   double max_flops = 1e12;
   CLI::App app("Seconds and memory of modes by three routes, in one run");
   app.add_option("--unknowns", sizes, "sizes of the bodies");
-  app.add_option("--bodies", names, "bowl, tile, block");
+  app.add_option("--objects", names, "bowl, tile, block");
   app.add_option("--modes", modes, "flexible modes asked for");
   app.add_option("--spectra-flops", max_flops,
                  "largest factorisation that the Spectra route is given [flop]");

@@ -10,7 +10,7 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include "render/maps/displaced_mesh.hpp"
+#include "render/maps/detail/displaced_mesh.hpp"
 #include "render/maps/generated_maps.hpp"
 #include "render/scene_frame.hpp"
 #include "synth/motion/detail/relief_peaks.hpp"

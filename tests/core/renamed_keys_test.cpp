@@ -4,8 +4,8 @@
 #include <functional>
 
 #include "core/config.hpp"
+#include "core/detail/renamed_keys.hpp"
 #include "core/error.hpp"
-#include "core/renamed_keys.hpp"
 
 namespace carillon::core {
 namespace {

@@ -1,5 +1,5 @@
 // The columns of a dataset: one list, which docs/format.md shows and `carillon check` goes by.
-#include "dataset/check/column_rules.hpp"
+#include "dataset/check/detail/column_rules.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

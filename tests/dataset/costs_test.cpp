@@ -34,8 +34,8 @@ TEST(ExpectedObject, KnowsSizesBeforeMeshing) {
   shape.request.options.order = 2;
   shape.request.options.element_size = 0.02;
   const plan::ExpectedObject body = plan::expected_object(shape);
-  EXPECT_NEAR(body.volume, 2e-4, 1e-12);
-  EXPECT_NEAR(body.longest_side, 0.2, 1e-12);
+  EXPECT_NEAR(body.extent.volume, 2e-4, 1e-12);
+  EXPECT_NEAR(body.extent.longest_side, 0.2, 1e-12);
   const double cells = std::ceil(0.2 / 0.01225) * std::ceil(0.1 / 0.01225);
   EXPECT_NEAR(body.mesh.unknowns() / (3 * cells * 4 * 3), 1, 0.3);
 }

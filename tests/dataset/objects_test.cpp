@@ -45,8 +45,8 @@ TEST(Lengths, BringGeneratedBodiesToOneSizeAndKeepTheirProportions) {
     const plan::BuildPlan scaled = plan::make_plan(config_of(entry + ", length: 20 cm}\n"));
     for (std::size_t i = 0; i < plain.shapes.size(); ++i) {
       const auto &before = plain.shapes[i].request.shape, &after = scaled.shapes[i].request.shape;
-      EXPECT_NEAR(plan::longest_side(after), 0.2, 1e-6) << family.name;
-      const double factor = 0.2 / plan::longest_side(before);
+      EXPECT_NEAR(solvers::families::extent_of(after).longest_side, 0.2, 1e-6) << family.name;
+      const double factor = 0.2 / solvers::families::extent_of(before).longest_side;
       for (const auto& [name, value] : before.parameters)
         EXPECT_NEAR(after.parameters.at(name), factor * value, 1e-9) << family.name << " " << name;
       EXPECT_EQ(plain.shapes[i].split_shape, scaled.shapes[i].split_shape);
@@ -56,7 +56,7 @@ TEST(Lengths, BringGeneratedBodiesToOneSizeAndKeepTheirProportions) {
 
 TEST(Lengths, AreThoseOfTheBoxAroundABody) {
   const auto side = [](const std::string& family, std::map<std::string, double> parameters) {
-    return plan::longest_side({family, std::move(parameters), {}});
+    return solvers::families::extent_of({family, std::move(parameters), {}}).longest_side;
   };
   EXPECT_NEAR(side("box", {{"length", .1}, {"width", .3}, {"height", .2}, {"wall", .01}}), .3,
               1e-9);
@@ -215,7 +215,7 @@ TEST_F(ModelNetFolders, GiveFamiliesAndParts) {
     const bool test = std::stoi(shape.id.substr(shape.id.size() - 4)) > 40;
     EXPECT_EQ(shape.split_shape == "test", test) << shape.id;
     ASSERT_TRUE(shape.surface.has_value()) << "the file was read";
-    EXPECT_NEAR(plan::expected_object(shape).longest_side, 0.3, 1e-9);
+    EXPECT_NEAR(plan::expected_object(shape).extent.longest_side, 0.3, 1e-9);
   }
   EXPECT_EQ(families, (std::map<std::string, int>{{"bed", 60}, {"desk", 60}}));
   EXPECT_NEAR(parts["validation"], 20, 12) << "a quarter of 80, by three deviations";
@@ -276,7 +276,7 @@ TEST(Families10, HasFortyDifferentBodiesOfEachFamilyInEveryVariant) {
       identities.insert(shape.identity);
       parts[shape.family].insert(shape.split_shape);
       spoken[shape.family].insert(variant.material);
-      EXPECT_NEAR(plan::longest_side(shape.request.shape), 0.4, 1e-6);
+      EXPECT_NEAR(solvers::families::extent_of(shape.request.shape).longest_side, 0.4, 1e-6);
       EXPECT_EQ(variant.size == 1, sizes == std::string("first"));
       heard.insert(variant.material);
     }

@@ -115,10 +115,10 @@ class Classify(FolderTest):
             seeds = [json.loads(file.read_text())["recognition"] for file in files]
             self.assertAlmostEqual(told["calibration_error"],
                                    numpy.mean([one["calibration_error"] for one in seeds]), 12)
-            for kind, novel in told["novel"].items():
-                areas = [one["novel"][kind]["auroc"] for one in seeds]
-                self.assertAlmostEqual(novel["auroc"], numpy.mean(areas), 12)
-                low, high = novel["auroc95"]
+            for kind, unknown in told["unknown"].items():
+                areas = [one["unknown"][kind]["auroc"] for one in seeds]
+                self.assertAlmostEqual(unknown["auroc"], numpy.mean(areas), 12)
+                low, high = unknown["auroc95"]
                 self.assertLessEqual(low, min(areas))
                 self.assertGreaterEqual(high, max(areas))
 

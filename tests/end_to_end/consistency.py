@@ -1,4 +1,4 @@
-"""One map, all senses: a joint between bricks is at the same place in the picture, in the ball's way,
+"""One map, all modalities: a joint between bricks is at the same place in the picture, in the ball's way,
 in the sound and under the stylus, within one texel and one step of the motion.
 
 With CARILLON_FIGURE=file.png in the environment it is drawn, too (docs/scenes.md)."""

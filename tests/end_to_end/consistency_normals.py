@@ -1,4 +1,4 @@
-"""One normal map, all senses: nothing is deep there, and yet picture, ball, sound and stylus have the
+"""One normal map, all modalities: nothing is deep there, and yet picture, ball, sound and stylus have the
 joints of the bricks where the relief of the same bricks has them, within one texel and one step."""
 import unittest
 

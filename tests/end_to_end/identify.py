@@ -107,13 +107,13 @@ class Identify(FolderTest):
             self.assertLess(trial["calibration_error"], 0.2)  # some 70 samples
             kinds = {"white", "pink", "brown", "hum", "babble"}
             left_out = {"left_out"} if line["task"]["name"] in ("some", "kind") else set()
-            self.assertEqual(set(trial["novel"]), kinds | left_out)
-            areas = {name: trial["novel"][name]["auroc"] for name in kinds}
+            self.assertEqual(set(trial["unknown"]), kinds | left_out)
+            areas = {name: trial["unknown"][name]["auroc"] for name in kinds}
             self.assertGreater(min(areas.values()), 0.75, (line["key"], areas))
             self.assertGreater(sum(areas.values()) / len(areas), 0.9, (line["key"], areas))
         kind = next(line for line in self.found["trainings"] if line["task"]["name"] == "kind")
         self.assertEqual(kind["classes"], ["bar", "tile"])
-        self.assertEqual(kind["recognition"]["novel"]["left_out"]["sounds"],
+        self.assertEqual(kind["recognition"]["unknown"]["left_out"]["sounds"],
                          sum(self.family == "block"))
 
     def test_puts_what_it_heard_into_a_scene(self):

@@ -13,7 +13,7 @@ from program import FolderTest, run, run_json
 DRIVER = pathlib.Path(__file__).with_name("faust_driver.cpp.in")
 BLOCK = ["block:length=240mm,width=90mm,height=25mm", "--order", "2", "--element-size", "40 mm"]
 AT = ["--at", "0.12,0.02,0.018"]
-BLOW = ["0:strike=1", "300:strike=0"]
+STRIKE = ["0:strike=1", "300:strike=0"]
 SECONDS = 0.3
 
 
@@ -72,21 +72,21 @@ class Instruments(FolderTest):
         body = [*BLOCK, "-m", "ceramic"]
         binary = self.compile(self.export("default", *body, *AT, "--at", "0.07,0.05,0.025"))
         for rate in (22050, 44100, 96000):  # at the first, not all modes lie below half of it
-            self.expect_equal(self.play(binary, *BLOW, rate=rate),
+            self.expect_equal(self.play(binary, *STRIKE, rate=rate),
                               self.strike(*body, *AT, rate=rate))
-        self.expect_equal(self.play(binary, "0:position=1", *BLOW),
+        self.expect_equal(self.play(binary, "0:position=1", *STRIKE),
                           self.strike(*body, "--at", "0.07,0.05,0.025"))
         # A contact within a sample, of whole samples, and longer than a mode's period.
         for contact in ("0.01 ms", "1 ms", "2.37 ms"):
             self.expect_equal(
                 self.play(binary, f"0:contact time={contact.split()[0]}", "0:impulse=0.05",
-                          "0:gain=-20", *BLOW),
+                          "0:gain=-20", *STRIKE),
                 self.strike(*body, *AT, "--contact-time", contact, "--impulse", "0.05 N s",
                             "--gain", "0.1"))
 
     def test_draws_the_point_that_strike_draws(self):
         body = [*BLOCK, "-m", "steel", "--seed", "7"]
-        self.expect_equal(self.play(self.compile(self.export("drawn", *body)), *BLOW),
+        self.expect_equal(self.play(self.compile(self.export("drawn", *body)), *STRIKE),
                           self.strike(*body))
 
     def test_is_a_resonator_for_other_programs(self):
@@ -107,12 +107,12 @@ class Instruments(FolderTest):
                   "80 mm", "-m", alphas % (6, 1e-7), "--at", "0.24,0.04,0.036"]
         # Of the larger object more modes lie in the band; the program has those of the smaller.
         count = len(modes_of((self.folder / "sizes.dsp").read_text()))
-        self.expect_equal(self.play(binary, "0:size=2", *BLOW),
+        self.expect_equal(self.play(binary, "0:size=2", *STRIKE),
                           self.strike(*double, "--max-modes", str(count)), -100)
         # Light, heavy and above critical damping: a mode of 2 pi 15 kHz has d = 1.3e5 1/s.
         for alpha1, alpha2 in ((0.06, 1e-9), (600, 1e-6), (6, 3e-5)):
             self.expect_equal(
-                self.play(binary, f"0:alpha1={alpha1}", f"0:alpha2={1e9 * alpha2}", *BLOW),
+                self.play(binary, f"0:alpha1={alpha1}", f"0:alpha2={1e9 * alpha2}", *STRIKE),
                 self.strike(*BLOCK, "-m", alphas % (alpha1, alpha2), *AT))
 
     def test_other_damping(self):
@@ -123,19 +123,19 @@ class Instruments(FolderTest):
                                           "6 + 1e-7*lambda + 0.001*sqrt(lambda)")):
             body = [*BLOCK, "-m", elastic + damping, *AT]
             self.expect_equal(self.play(self.compile(self.export(f"damping{number}", *body)),
-                                        *BLOW), self.strike(*body))
+                                        *STRIKE), self.strike(*body))
 
     def test_body_of_two_materials(self):
         bar = self.write("bar.msh", msh_files.msh_4(*msh_files.two_part_bar()))
         for number, right in enumerate(("wood", "sterling_plastic_hybrid")):
             body = [bar, "-m", f"left=steel,right={right}", "--at", "0,0.01,0.02"]
-            self.expect_equal(self.play(self.compile(self.export(f"two{number}", *body)), *BLOW),
+            self.expect_equal(self.play(self.compile(self.export(f"two{number}", *body)), *STRIKE),
                               self.strike(*body))
 
     def test_single_precision(self):
         body = [*BLOCK, "-m", "ceramic", *AT]
         binary = self.compile(self.export("single", *body), (), "float")
-        self.expect_equal(self.play(binary, *BLOW), self.strike(*body), -70)
+        self.expect_equal(self.play(binary, *STRIKE), self.strike(*body), -70)
 
     def test_no_setting_makes_it_grow(self):
         """A bank at rest stays so; one that rings loses energy, whatever is set meanwhile."""
@@ -149,13 +149,13 @@ class Instruments(FolderTest):
             self.assertEqual(numpy.abs(self.play(binary)).max(), 0)
             for label, _, low, high in labels:
                 for value in (low, high, 0, 1e9):
-                    played = self.play(binary, f"0:{label}={value}", *BLOW)
+                    played = self.play(binary, f"0:{label}={value}", *STRIKE)
                     self.assertTrue(numpy.isfinite(played).all(), (label, value))
             moved = [f"{sample}:{label}={(low, high)[(sample // 64 + number) % 2]}"
                      for sample in range(320, 6000, 64)
                      for number, (label, _, low, high) in enumerate(labels)
                      if label in ("size", "alpha1", "alpha2")]
-            played = numpy.abs(self.play(binary, *BLOW, *moved))
+            played = numpy.abs(self.play(binary, *STRIKE, *moved))
             # The state's norm is bounded by that after the strike: the sum of all modes' amplitudes.
             bound = 0.02 * sum(max(map(abs, gains)) for _, gains in modes_of(program.read_text()))
             self.assertLess(played[320:].max(), bound)

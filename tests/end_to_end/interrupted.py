@@ -4,7 +4,7 @@ import json
 import pathlib
 import time
 
-from program import PATIENCE, FolderTest, run_json
+from program import TIMEOUT_FACTOR, FolderTest, run_json
 
 CONFIG = """
 name: killed
@@ -71,7 +71,7 @@ def alive(pid):
 
 
 def wait_for(condition, seconds):
-    end = time.monotonic() + seconds * PATIENCE
+    end = time.monotonic() + seconds * TIMEOUT_FACTOR
     while not condition() and time.monotonic() < end:
         time.sleep(0.02)
     return condition()

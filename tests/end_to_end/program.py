@@ -9,7 +9,7 @@ import unittest
 
 CARILLON = os.environ["CARILLON"]
 # How many times longer than in a release things may take: sanitizers are slow.
-PATIENCE = float(os.environ.get("CARILLON_PATIENCE", "1"))
+TIMEOUT_FACTOR = float(os.environ.get("CARILLON_TIMEOUT_FACTOR", "1"))
 CONFIGS = pathlib.Path(__file__).resolve().parents[2] / "configs"
 
 
@@ -19,11 +19,11 @@ def run(*arguments, ranks=None, cwd=None, timeout=400):
     if ranks:
         command = ["mpirun", "--oversubscribe", "--bind-to", "none", "-n", str(ranks), *command]
     return subprocess.run(command, capture_output=True, text=True, cwd=cwd,
-                          timeout=timeout * PATIENCE)
+                          timeout=timeout * TIMEOUT_FACTOR)
 
 
 # Sanitizers take memory of their own, and know no limits of it.
-of_memory = unittest.skipIf(PATIENCE > 1, "sanitizers take memory of their own")
+of_memory = unittest.skipIf(TIMEOUT_FACTOR > 1, "sanitizers take memory of their own")
 
 
 # Minutes for what the others show on less; ctest -L slow runs them.

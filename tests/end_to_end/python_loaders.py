@@ -89,7 +89,7 @@ class NumPy(DatasetTest):
         self.assertGreater(len(train), 0)
         numpy.testing.assert_array_equal(names["audio"], self.columns["audio"][train])
         self.assertEqual(list(names["materials"]), list(self.columns["material"][train]))
-        numpy.testing.assert_array_equal(names["voxels"][names["object"]],
+        numpy.testing.assert_array_equal(names["voxels"][names["shape_of"]],
                                          self.voxels[self.columns["shape_index"][train]])
         self.assertEqual(names["rate"], 22050)
 

@@ -7,9 +7,9 @@
 #include <numeric>
 
 #include "core/error.hpp"
-#include "dataset/plan/expected_mesh.hpp"
 #include "eval/accuracy/detail/modes_line.hpp"
 #include "eval/accuracy/findings.hpp"
+#include "solvers/families/families.hpp"
 
 namespace carillon::eval {
 namespace {
@@ -83,8 +83,9 @@ TEST(AccuracyConfig, AnObjectIsReadAsInABuild) {
   EXPECT_NE(refusal(bowl + "    materials: [steel, glass]\n").find("one material"),
             std::string::npos);
   EXPECT_NEAR(
-      dataset::plan::longest_side(read(bowl + "    length: 10 cm\n").objects[0].request.shape), 0.1,
-      1e-12);
+      solvers::families::extent_of(read(bowl + "    length: 10 cm\n").objects[0].request.shape)
+          .longest_side,
+      0.1, 1e-12);
   EXPECT_NE(refusal(bowl + "    length: 11 m\n").find("outside 1 mm to 10 m"), std::string::npos);
   EXPECT_EQ(refusal(bowl + "    length: 11 m\n    any_size: true\n"), "accepted");
   EXPECT_NE(refusal("objects:\n  - modelnet: folder\n").find("single objects"), std::string::npos);

@@ -54,7 +54,7 @@ TEST(ConfusionNormByChance, IsThatOfAllDealsByHand) {
   const auto found =
       classification::confusion_norm_by_chance(right.answered(), wrong.answered(), random, 20000);
   EXPECT_NEAR(found.mean, std::sqrt(2) / 3, 0.01);
-  EXPECT_NEAR(found.most, std::sqrt(2), 1e-12);
+  EXPECT_NEAR(found.max, std::sqrt(2), 1e-12);
 }
 
 TEST(ConfusionNormByChance, IsExceededInFivePercentWhereErrorsAreAlike) {
@@ -68,7 +68,7 @@ TEST(ConfusionNormByChance, IsExceededInFivePercentWhereErrorsAreAlike) {
         classification::confusion_difference(first.confusion(), second.confusion()).norm;
     beyond += norm > classification::confusion_norm_by_chance(first.answered(), second.answered(),
                                                               random, 200)
-                         .most;
+                         .max;
   }
   EXPECT_GT(beyond, 0.02 * repetitions);
   EXPECT_LT(beyond, 0.085 * repetitions);
@@ -81,7 +81,7 @@ TEST(ConfusionNormByChance, IsExceededWhereErrorsDiffer) {
       classification::confusion_difference(first.confusion(), second.confusion()).norm;
   EXPECT_GT(
       norm,
-      classification::confusion_norm_by_chance(first.answered(), second.answered(), random).most);
+      classification::confusion_norm_by_chance(first.answered(), second.answered(), random).max);
 }
 
 TEST(ConfusionNormByChance, KeepsAGroupTogether) {
@@ -118,7 +118,7 @@ TEST(ConfusionNormByChance, HeedsThatClassesOfAGroupGoTogether) {
         classification::confusion_difference(first.confusion(), second.confusion()).norm;
     beyond += norm > classification::confusion_norm_by_chance(first.answered(), second.answered(),
                                                               random, 200)
-                         .most;
+                         .max;
   }
   EXPECT_LT(beyond, 0.085 * repetitions);
 }
@@ -146,17 +146,17 @@ TEST(ConfusionNormByChance, OfTheSameStrikesIsOfThoseThatChanged) {
   auto [first, second] = same_strikes(0, random);
   const auto unchanged =
       classification::confusion_norm_by_chance(first.answered(), second.answered(), random);
-  EXPECT_EQ(unchanged.most, 0);
+  EXPECT_EQ(unchanged.max, 0);
   std::tie(first, second) = same_strikes(0.25, random);
   const double norm =
       classification::confusion_difference(first.confusion(), second.confusion()).norm;
   EXPECT_GT(
       norm,
-      classification::confusion_norm_by_chance(first.answered(), second.answered(), random).most);
+      classification::confusion_norm_by_chance(first.answered(), second.answered(), random).max);
   for (std::size_t& group : second.groups) group += 1000;  // as if they were other strikes
   EXPECT_LT(
       norm,
-      classification::confusion_norm_by_chance(first.answered(), second.answered(), random).most);
+      classification::confusion_norm_by_chance(first.answered(), second.answered(), random).max);
 }
 
 TEST(ConfusionNormByChance, OfTheSameStrikesIsExceededInFivePercentWhereErrorsAreAlike) {
@@ -178,7 +178,7 @@ TEST(ConfusionNormByChance, OfTheSameStrikesIsExceededInFivePercentWhereErrorsAr
         classification::confusion_difference(first.confusion(), second.confusion()).norm;
     beyond += norm > classification::confusion_norm_by_chance(first.answered(), second.answered(),
                                                               random, 200)
-                         .most;
+                         .max;
   }
   EXPECT_GT(beyond, 0.02 * repetitions);
   EXPECT_LT(beyond, 0.085 * repetitions);
@@ -199,15 +199,15 @@ TEST(ConfusionNormByChance, DealsGroupsOfUnlikeClassesToo) {
       classification::confusion_difference(first.confusion(), second.confusion()).norm;
   const auto chance =
       classification::confusion_norm_by_chance(first.answered(), second.answered(), random);
-  EXPECT_LT(norm, chance.most);
-  EXPECT_LT(chance.mean, chance.most);
+  EXPECT_LT(norm, chance.max);
+  EXPECT_LT(chance.mean, chance.max);
 }
 
 TEST(ConfusionNormByChance, OfNothingInCommonIsNothing) {
   core::RandomStream random(5, 0, "test.chance");
   const Set first({0}, {0}), second({1}, {1}), other({0}, {0}, 3);
   EXPECT_TRUE(std::isnan(
-      classification::confusion_norm_by_chance(first.answered(), second.answered(), random).most));
+      classification::confusion_norm_by_chance(first.answered(), second.answered(), random).max));
   EXPECT_THROW(classification::confusion_norm_by_chance(first.answered(), other.answered(), random),
                core::InputError);
   Set without = first;

@@ -19,13 +19,13 @@ studies::TrainingRecord network() {
   record.task = {"geometry", "shape", "split_shape", {{"flat", {"tile", "plate"}}}, {}};
   record.method.name = "isnn-a";
   record.method.branches = {learning::Branch::isnn};
-  record.method.senses = {learning::Sense::spectrogram};
+  record.method.modalities = {learning::Modality::spectrogram};
   record.classes = {"bar", "tile"};
   record.train_samples = 80;
   record.test_samples = 20;
   record.learnt = {.parameters = 46318, .epochs = 12, .best_epoch = 12, .training_s = 1.5};
   record.recognition = {.temperature = 1.25, .calibration_error = 0.125};
-  record.recognition->novel["hum"] = {100, 1, {core::nan, core::nan}, 0};
+  record.recognition->unknown["hum"] = {100, 1, {core::nan, core::nan}, 0};
   record.test_accuracy = 0.9;
   record.test_balanced_accuracy = 1;
   record.seconds = 2;

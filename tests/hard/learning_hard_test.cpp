@@ -8,7 +8,7 @@
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "core/temporary_folder.hpp"
-#include "eval/classification/novelty.hpp"
+#include "eval/classification/open_set.hpp"
 #include "tests/eval/learning/made_course.hpp"
 
 namespace carillon::eval {
@@ -86,7 +86,7 @@ TEST(LearningHard, AllClipsSilent) {
   for (const float score : scores) EXPECT_TRUE(std::isfinite(score));
 }
 
-TEST(LearningHard, ASenseThatIsMissing) {
+TEST(LearningHard, AModalityThatIsMissing) {
   MadeSource source(120, 3);
   const learning::Method method = made_method({learning::Branch::isnn, learning::Branch::touch});
   try {

@@ -17,7 +17,7 @@ struct Ball {
   solvers::modes::Modes modes =
       sphere_modes(curved_sphere(0.05, Vec3::Zero(), 4, 3), 0.05, 1, {0.5, 1, 2});
   radiation::SourceField field{
-      radiation::fit_equivalent_sources(modes, {.least = 100, .most = 100})};
+      radiation::fit_equivalent_sources(modes, {.min_sources = 100, .max_sources = 100})};
   motion::SoundingBody body() const {
     motion::SoundingBody body;
     body.modes = &modes;

@@ -17,7 +17,7 @@ constexpr double fixed_radius = 0.05;
 
 radiation::EquivalentSourcesOptions coarse() {
   radiation::EquivalentSourcesOptions options;
-  options.least = options.most = 100;
+  options.min_sources = options.max_sources = 100;
   return options;
 }
 

@@ -1,5 +1,5 @@
 // What control groups leave, in trees of files as the kernel shows them.
-#include "mpi/control_group.hpp"
+#include "mpi/detail/control_group.hpp"
 
 #include <gtest/gtest.h>
 

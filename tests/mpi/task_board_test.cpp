@@ -251,7 +251,7 @@ TEST(TaskBoard, NamesATaskOnTheCircleAndNotOneThatHangsOnIt) {
   EXPECT_TRUE(message == "task 'b' " + circle || message == "task 'c' " + circle) << message;
 }
 
-TEST(TaskBoard, RefusesCallsThatMakeNoSense) {
+TEST(TaskBoard, RefusesCallsThatMakeNoModality) {
   TaskBoard board({task("a", 1), task("b", 1)});
   EXPECT_THROW(board.complete(0, true), core::Error);
   EXPECT_THROW(board.state(2), core::Error);

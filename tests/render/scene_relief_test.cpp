@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <numbers>
 
-#include "render/maps/displaced_mesh.hpp"
+#include "render/maps/detail/displaced_mesh.hpp"
 #include "render/maps/generated_maps.hpp"
 #include "tests/render/scenes.hpp"
 

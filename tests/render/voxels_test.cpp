@@ -7,8 +7,8 @@
 #include <numeric>
 
 #include "core/error.hpp"
-#include "render/inside_cells.hpp"
-#include "render/triangle_box.hpp"
+#include "render/detail/inside_cells.hpp"
+#include "render/detail/triangle_box.hpp"
 #include "tests/render/bodies.hpp"
 
 namespace carillon::render {

@@ -145,7 +145,7 @@ std::string refusal(const Effect& effect, const std::string& text) {
   }
 }
 
-TEST(NoiseEffect, RefusesWhatMakesNoSense) {
+TEST(NoiseEffect, RefusesWhatMakesNoModality) {
   const auto has = [](const std::string& text, const std::string& part) {
     EXPECT_NE(refusal(noise_effect, text).find(part), std::string::npos)
         << refusal(noise_effect, text);
@@ -227,7 +227,7 @@ TEST(RecordingEffect, TellsOfAnInt16ClipThatRoundsToNothing) {
   }
 }
 
-TEST(RecordingEffect, RefusesWhatMakesNoSense) {
+TEST(RecordingEffect, RefusesWhatMakesNoModality) {
   for (const char* text :
        {"recording: {shift: [-1 s, 0 s]}\n", "recording: {gain: 300 dB}\n",
         "recording: {clip: 0}\n", "recording: {bits: 1}\n", "recording: {bits: 25}\n",

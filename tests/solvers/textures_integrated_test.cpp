@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "core/random.hpp"
-#include "render/maps/displaced_mesh.hpp"
+#include "render/maps/detail/displaced_mesh.hpp"
 #include "render/maps/generated_maps.hpp"
 
 namespace carillon::solvers {

@@ -274,7 +274,7 @@ TEST(EquivalentSources, AreKeptInAFile) {
   const auto modes = sphere_modes(sphere(), fixed_radius, 1, {1, 2});
   const std::vector<modal::Listener> listeners = {{{0, 0.1, 1}}, {{0.07, 0.02, 0}}};
   radiation::EquivalentSourcesOptions options;
-  options.least = options.most = 60;
+  options.min_sources = options.max_sources = 60;
   const auto files = [&] { return std::distance(std::filesystem::directory_iterator(folder), {}); };
   const auto fit = [&] {
     return radiation::SourceField(radiation::cached_equivalent_sources(modes, options, folder));
@@ -302,7 +302,7 @@ TEST(EquivalentSources, AreKeptInAFile) {
   std::filesystem::resize_file(file, 3);
   EXPECT_EQ(fit().pressure_at(listeners).pressure, pressure.pressure);
   // Other options are another fit; other listeners are not.
-  options.least = options.most = 61;
+  options.min_sources = options.max_sources = 61;
   fit();
   EXPECT_EQ(files(), 2);
 }

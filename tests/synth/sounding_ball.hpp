@@ -35,7 +35,7 @@ struct Ball {
   }
   static radiation::EquivalentSources fit(const solvers::modes::Modes& modes) {
     radiation::EquivalentSourcesOptions options;
-    options.least = options.most = 100;
+    options.min_sources = options.max_sources = 100;
     return radiation::fit_equivalent_sources(modes, options);
   }
 };

@@ -21,8 +21,8 @@ double mel_seconds(const synth::signal::MelOptions& mel, std::size_t samples) {
 }
 
 // One core of a 2.3 GHz Xeon (docs/scenes.md).
-constexpr double seconds_per_body_step = 2e-5;       ///< of a motion, where an object meets another
-constexpr double seconds_per_contact_sample = 1e-7;  ///< of each object, contacts coming and going
+constexpr double seconds_per_body_step = 2e-5;       ///< of a motion, where a body meets another
+constexpr double seconds_per_contact_sample = 1e-7;  ///< of each body, contacts coming and going
 constexpr double seconds_per_tick = 2e-6;            ///< of a stylus
 constexpr double seconds_per_scene_pixel = 1.5e-6;   ///< of a moving scene's frame
 
@@ -43,7 +43,7 @@ double motion_seconds(const BuildConfig& config, std::string_view effect) {
   return 0;
 }
 
-/// Of the maps that a task keeps as tips trace them: a map's levels for each textured object.
+/// Of the maps that a task keeps as tips trace them: a map's levels for each textured body.
 double traced_bytes(const scene::motion::MotionConfig& motion) {
   constexpr double levels = 10, image_side = 1024;
   double texels = 0;

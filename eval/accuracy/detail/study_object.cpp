@@ -1,6 +1,6 @@
 #include "eval/accuracy/detail/study_object.hpp"
 
-#include "dataset/plan/expected_mesh.hpp"
+#include "solvers/families/families.hpp"
 
 namespace carillon::eval::accuracy {
 
@@ -11,9 +11,10 @@ solvers::mesh::MeshRequest only_mesh(const core::ConfigNode& node, const scene::
   solvers::mesh::MeshRequest request =
       core::at_key(node, "parameters", [&] { return scene::mesh_request(object); });
   if (object.family.empty()) return request;
-  if (object.file.length > 0) dataset::plan::scale_to(request.shape, object.file.length);
+  if (object.file.length > 0) solvers::families::scale_to(request.shape, object.file.length);
   core::at_key(node, "shape", [&] {
-    scene::check_size(dataset::plan::longest_side(request.shape), object.file.any_size);
+    scene::check_size(solvers::families::extent_of(request.shape).longest_side,
+                      object.file.any_size);
   });
   return request;
 }

@@ -29,13 +29,13 @@ VectorXd linear_program(const MatrixXd& rows, const VectorXd& limits, const Vect
     names[static_cast<std::size_t>(k)] = m + k;
   }
   const VectorXd norms = rows.rowwise().norm();
-  const Index patience = 50 * (m + n);
-  for (Index exchange = 0; exchange < patience; ++exchange) {
+  const Index max_exchanges = 50 * (m + n);
+  for (Index exchange = 0; exchange < max_exchanges; ++exchange) {
     const Eigen::PartialPivLU<MatrixXd> factor(held);
     const VectorXd x = factor.solve(held_limits);
     const VectorXd multipliers = factor.transpose().solve(objective);
     // The row most overstepped; after many exchanges the first, which cannot go in circles.
-    const bool circling = exchange > patience / 2;
+    const bool circling = exchange > max_exchanges / 2;
     const VectorXd over = rows * x - limits;
     Index enters = -1;
     double most = 0;

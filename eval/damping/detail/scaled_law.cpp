@@ -132,7 +132,7 @@ std::size_t parameter_count(const DampingLaw& law) {
     case DampingKind::expression:
       return count_alphas(law.expression);
     default:
-      return synth::damping::form_of(law.kind).least;
+      return synth::damping::form_of(law.kind).min_parameters;
   }
 }
 

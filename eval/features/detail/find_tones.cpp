@@ -20,7 +20,7 @@ using Complex = std::complex<double>;
 /// Noise that is assumed at least, of the strongest bin's power.
 constexpr double dynamic_range = 1e-14;
 constexpr double grid_ratio = 3;
-constexpr double fastest = 2000;  ///< decay rate [1/s]
+constexpr double max_decay_rate = 2000;  ///< decay rate [1/s]
 /// Over the mean of what is left around it at the same decay rate: noise that was louder at first,
 /// or tones too dense to be told apart, have peaks too.
 constexpr double above_clutter = 8;
@@ -100,7 +100,7 @@ std::vector<Candidate> candidates(const ToneFit& fit, std::span<const double> si
   std::vector<Candidate> all;
   std::vector<double> gains;
   const double slowest = 0.5 / count;
-  for (double decay = slowest; decay < fastest / search.sample_rate; decay *= grid_ratio) {
+  for (double decay = slowest; decay < max_decay_rate / search.sample_rate; decay *= grid_ratio) {
     const std::size_t length =
         std::min(signal.size(), static_cast<std::size_t>(std::ceil(10 / decay)));
     if (length < 32) break;
@@ -161,7 +161,7 @@ bool add_tones(ToneFit& fit, std::span<const double> signal, const ToneSearch& s
   const double least = search.min_energy * strongest;
   bool any = false;
   for (const Candidate& candidate : candidates(fit, signal, search, max_clutter, transforms)) {
-    if (fit.tones.size() >= search.most) break;
+    if (fit.tones.size() >= search.max_tones) break;
     if (beside_tone(fit, candidate.rate)) continue;
     // A place on the grid shows less than the tone that is near it.
     const double threshold = std::max(new_tone, 0.5 * candidate.threshold);
@@ -234,7 +234,7 @@ ToneFit find_tones(std::span<const double> samples, const ToneSearch& search) {
   fit.grid = std::make_shared<const ToneGrid>(count);
   fit.spectrum.assign(fft.spectrum().begin(), fft.spectrum().end());
   fit.residual = fit.spectrum;
-  fit.fastest = 1.5 * fastest / search.sample_rate;
+  fit.fastest = 1.5 * max_decay_rate / search.sample_rate;
   const double per_hertz = static_cast<double>(count) / search.sample_rate;
   fit.band.first =
       std::max<std::size_t>(1, static_cast<std::size_t>(search.min_frequency * per_hertz));
@@ -250,7 +250,7 @@ ToneFit find_tones(std::span<const double> samples, const ToneSearch& search) {
   for (std::size_t k = 0; k < tail.size(); ++k) {
     fit.noise[k] = std::max(std::min(fit.noise[k], tail[k]), 1e-3 * fit.noise[k]);
   }
-  for (int round = 0; round < max_rounds && fit.tones.size() < search.most; ++round) {
+  for (int round = 0; round < max_rounds && fit.tones.size() < search.max_tones; ++round) {
     const std::vector<double> signal = signal_of(fit, transforms);
     const std::size_t known = fit.tones.size();
     bool any = add_tones(fit, signal, search, std::numeric_limits<double>::infinity(), transforms);
@@ -258,7 +258,7 @@ ToneFit find_tones(std::span<const double> samples, const ToneSearch& search) {
     refine_all(fit, 5, Fineness::few_bins, round < 2 ? 0 : known);
     fit.noise = noise_of(fit);
     prune(fit);
-    for (std::size_t k = 0; k < fit.tones.size() && fit.tones.size() < search.most; ++k) {
+    for (std::size_t k = 0; k < fit.tones.size() && fit.tones.size() < search.max_tones; ++k) {
       if (misfits(fit, k) && try_pair(fit, k, signal_of(fit, transforms))) any = true;
     }
     if (!any) break;

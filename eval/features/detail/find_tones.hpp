@@ -11,8 +11,8 @@ struct ToneSearch {
   double sample_rate = 0;     ///< [Hz]
   double min_frequency = 20;  ///< [Hz]
   double max_frequency = 20000;
-  std::size_t most = 500;    ///< tones
-  double min_energy = 1e-6;  ///< of the strongest tone's; weaker ones are not looked for
+  std::size_t max_tones = 500;  ///< tones
+  double min_energy = 1e-6;     ///< of the strongest tone's; weaker ones are not looked for
 };
 
 /// The damped sinusoids of a signal that begins when they do and is free of what drives them.

@@ -20,7 +20,7 @@ constexpr std::size_t shortest = 256, longest = 8192;
 constexpr double explained_fraction = 0.9999;
 constexpr double peak_above_noise = 10;  ///< power ratio, 10 dB
 /// Bins on either side of a peak in which it is fitted, and from which it is taken.
-constexpr int fitted = 2, taken_count = 8;
+constexpr int fitted_bins = 2, taken_bins = 8;
 
 /// Power spectrogram of one window length: frames x bins, by hops of a quarter of the window.
 struct Level {
@@ -128,8 +128,8 @@ Mode first_guess(const Level& level, const Peak& peak, Eigen::Index frames) {
 
 /// Least squares on the power around a peak.
 Mode fit_mode(const Level& level, const Peak& peak, Eigen::Index frames, Mode mode) {
-  const Eigen::Index first = std::max<Eigen::Index>(0, peak.bin - fitted);
-  const Eigen::Index last = std::min(level.power.cols() - 1, peak.bin + fitted);
+  const Eigen::Index first = std::max<Eigen::Index>(0, peak.bin - fitted_bins);
+  const Eigen::Index last = std::min(level.power.cols() - 1, peak.bin + fitted_bins);
   const Eigen::Index width = last - first + 1;
   const double scale = level.power(peak.frame, peak.bin);
   const auto misfit = [&](const Mode& candidate) {
@@ -182,8 +182,8 @@ double take_out(Level& level, const Mode& mode) {
   const auto centre = static_cast<Eigen::Index>(
       std::llround(mode.omega * static_cast<double>(level.length) / (2 * std::numbers::pi)));
   double taken = 0;
-  for (Eigen::Index k = std::max<Eigen::Index>(0, centre - taken_count);
-       k <= std::min(level.power.cols() - 1, centre + taken_count); ++k) {
+  for (Eigen::Index k = std::max<Eigen::Index>(0, centre - taken_bins);
+       k <= std::min(level.power.cols() - 1, centre + taken_bins); ++k) {
     for (Eigen::Index m = 0; m < level.power.rows(); ++m) {
       const double part =
           std::min(level.power(m, k),

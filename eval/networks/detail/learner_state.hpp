@@ -29,13 +29,13 @@ struct Tally {
   }
 };
 
-/// A batch's senses; its memory stays the batch's.
+/// A batch's modalities; its memory stays the batch's.
 std::vector<torch::Tensor> tensors_of(learning::Batch& batch,
-                                      const std::vector<learning::SenseLayout>& layouts);
+                                      const std::vector<learning::ModalityLayout>& layouts);
 
 struct Learner::State {
   learning::Method method;
-  std::vector<learning::SenseExtent> extents;
+  std::vector<learning::ModalityExtent> extents;
   std::vector<std::string> classes;
   std::shared_ptr<Classifier> classifier;
   std::optional<Outliers> outliers;  ///< while it learns, where it is to meet some
@@ -43,7 +43,7 @@ struct Learner::State {
   /// Sum of the samples' losses.
   torch::Tensor loss(const torch::Tensor& logits, const torch::Tensor& labels) const;
   /// Loss and right answers of a batch; with `learn` the gradient too.
-  Tally look_at(learning::Batch& batch, const std::vector<learning::SenseLayout>& layouts,
+  Tally look_at(learning::Batch& batch, const std::vector<learning::ModalityLayout>& layouts,
                 bool learn);
 };
 

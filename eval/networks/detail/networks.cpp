@@ -13,7 +13,7 @@ namespace nn = torch::nn;
 namespace {
 
 /// Features of a chain of layers for one sample of zeros, which tells how many there are.
-std::int64_t features_after(nn::Sequential& layers, const learning::SenseExtent& extent) {
+std::int64_t features_after(nn::Sequential& layers, const learning::ModalityExtent& extent) {
   std::vector<std::int64_t> one = {1};
   one.insert(one.end(), extent.begin(), extent.end());
   const torch::NoGradGuard no_gradient;
@@ -24,7 +24,7 @@ std::int64_t features_after(nn::Sequential& layers, const learning::SenseExtent&
 }
 
 /// A chain of layers, flattened, and a dense layer of `width` features behind it.
-nn::Sequential with_dense_layer(nn::Sequential layers, const learning::SenseExtent& extent,
+nn::Sequential with_dense_layer(nn::Sequential layers, const learning::ModalityExtent& extent,
                                 std::int64_t width, double dropout_before, double dropout_after) {
   layers->push_back(nn::Flatten());
   const std::int64_t features = features_after(layers, extent);
@@ -36,14 +36,14 @@ nn::Sequential with_dense_layer(nn::Sequential layers, const learning::SenseExte
 }
 
 [[noreturn]] void too_small(const char* branch, const std::string& needs,
-                            const learning::SenseExtent& extent) {
+                            const learning::ModalityExtent& extent) {
   std::string text;
   for (const std::int64_t side : extent)
     text += fmt::format("{}{}", text.empty() ? "" : " x ", side);
   throw core::InputError(fmt::format("{} needs {}, and gets {}", branch, needs, text));
 }
 
-nn::Sequential isnn(const learning::LayerSizes& sizes, const learning::SenseExtent& extent) {
+nn::Sequential isnn(const learning::LayerSizes& sizes, const learning::ModalityExtent& extent) {
   if (extent[1] < sizes.kernel_bands + sizes.pool_bands - 1 ||
       extent[2] < sizes.kernel_frames + sizes.pool_frames - 1) {
     too_small(
@@ -61,7 +61,7 @@ nn::Sequential isnn(const learning::LayerSizes& sizes, const learning::SenseExte
 }
 
 /// Maturana and Scherer 2015, with the drop-out of the authors' program.
-nn::Sequential voxnet(const learning::LayerSizes& sizes, const learning::SenseExtent& extent) {
+nn::Sequential voxnet(const learning::LayerSizes& sizes, const learning::ModalityExtent& extent) {
   if (*std::min_element(extent.begin() + 1, extent.end()) < 11) {
     too_small("voxnet", "at least 11 voxels on each side", extent);
   }
@@ -106,7 +106,7 @@ void push_sound_layer(nn::Sequential& layers, std::int64_t from, std::int64_t to
 }
 
 /// Means over what is left of time, so that clips of any length fit.
-nn::Sequential soundnet(const learning::LayerSizes& sizes, const learning::SenseExtent& extent,
+nn::Sequential soundnet(const learning::LayerSizes& sizes, const learning::ModalityExtent& extent,
                         bool deep) {
   // Less leaves the window of a maximum without its four or eight values.
   const std::int64_t shortest = deep ? 4574 : 3550;
@@ -133,7 +133,7 @@ nn::Sequential soundnet(const learning::LayerSizes& sizes, const learning::Sense
   return with_dense_layer(layers, extent, sizes.width, 0, sizes.dropout);
 }
 
-nn::Sequential image(const learning::LayerSizes& sizes, const learning::SenseExtent& extent) {
+nn::Sequential image(const learning::LayerSizes& sizes, const learning::ModalityExtent& extent) {
   nn::Sequential layers;
   std::int64_t channels = extent[0];
   for (const std::int64_t filters : {16, 32, 64}) {
@@ -145,7 +145,7 @@ nn::Sequential image(const learning::LayerSizes& sizes, const learning::SenseExt
   return with_dense_layer(layers, extent, sizes.width, sizes.dropout, sizes.dropout);
 }
 
-nn::Sequential touch(const learning::LayerSizes& sizes, const learning::SenseExtent& extent) {
+nn::Sequential touch(const learning::LayerSizes& sizes, const learning::ModalityExtent& extent) {
   if (extent[1] < 64) too_small("touch", "at least 64 ticks", extent);
   nn::Sequential layers;
   std::int64_t channels = extent[0];
@@ -160,7 +160,7 @@ nn::Sequential touch(const learning::LayerSizes& sizes, const learning::SenseExt
 }
 
 nn::Sequential make_branch(learning::Branch branch, const learning::LayerSizes& sizes,
-                           const learning::SenseExtent& extent) {
+                           const learning::ModalityExtent& extent) {
   switch (branch) {
     case learning::Branch::isnn:
       return isnn(sizes, extent);
@@ -219,7 +219,7 @@ TORCH_MODULE(Product);
 
 class Network final : public Classifier {
  public:
-  Network(const learning::Method& method, const std::vector<learning::SenseExtent>& extents,
+  Network(const learning::Method& method, const std::vector<learning::ModalityExtent>& extents,
           std::int64_t classes)
       : fusion_(method.fusion) {
     const learning::LayerSizes& sizes = method.sizes;
@@ -240,10 +240,10 @@ class Network final : public Classifier {
     classify_ = register_module("classify", nn::Linear(features, classes));
   }
 
-  torch::Tensor features(const std::vector<torch::Tensor>& senses) override {
+  torch::Tensor features(const std::vector<torch::Tensor>& modalities) override {
     std::vector<torch::Tensor> features;
     for (std::size_t i = 0; i < branches_.size(); ++i) {
-      features.push_back(branches_[i]->forward(senses[i]));
+      features.push_back(branches_[i]->forward(modalities[i]));
     }
     if (features.size() == 1) return features[0];
     if (product_) return product_->forward(features);
@@ -251,8 +251,8 @@ class Network final : public Classifier {
     return torch::stack(features).sum(0);
   }
 
-  torch::Tensor forward(const std::vector<torch::Tensor>& senses) override {
-    return classify_(features(senses));
+  torch::Tensor forward(const std::vector<torch::Tensor>& modalities) override {
+    return classify_(features(modalities));
   }
 
  private:
@@ -264,16 +264,16 @@ class Network final : public Classifier {
 
 class LinearClassifier final : public Classifier {
  public:
-  LinearClassifier(const std::vector<learning::SenseExtent>& extents, std::int64_t classes) {
+  LinearClassifier(const std::vector<learning::ModalityExtent>& extents, std::int64_t classes) {
     std::size_t values = 0;
-    for (const learning::SenseExtent& extent : extents) values += learning::values_in(extent);
+    for (const learning::ModalityExtent& extent : extents) values += learning::values_in(extent);
     classify_ = register_module("classify", nn::Linear(static_cast<std::int64_t>(values), classes));
   }
-  torch::Tensor features(const std::vector<torch::Tensor>& senses) override {
-    return joined(senses);
+  torch::Tensor features(const std::vector<torch::Tensor>& modalities) override {
+    return joined(modalities);
   }
-  torch::Tensor forward(const std::vector<torch::Tensor>& senses) override {
-    return classify_(joined(senses));
+  torch::Tensor forward(const std::vector<torch::Tensor>& modalities) override {
+    return classify_(joined(modalities));
   }
 
  private:
@@ -283,7 +283,7 @@ class LinearClassifier final : public Classifier {
 }  // namespace
 
 std::shared_ptr<Classifier> make_classifier(const learning::Method& method,
-                                            const std::vector<learning::SenseExtent>& extents,
+                                            const std::vector<learning::ModalityExtent>& extents,
                                             std::int64_t classes) {
   if (method.kind == learning::MethodKind::linear_svm) {
     return std::make_shared<LinearClassifier>(extents, classes);
@@ -291,9 +291,9 @@ std::shared_ptr<Classifier> make_classifier(const learning::Method& method,
   return std::make_shared<Network>(method, extents, classes);
 }
 
-torch::Tensor joined(const std::vector<torch::Tensor>& senses) {
+torch::Tensor joined(const std::vector<torch::Tensor>& modalities) {
   std::vector<torch::Tensor> flat;
-  for (const torch::Tensor& sense : senses) flat.push_back(sense.flatten(1));
+  for (const torch::Tensor& modality : modalities) flat.push_back(modality.flatten(1));
   return torch::cat(flat, 1);
 }
 

@@ -46,8 +46,8 @@ torch::Tensor mixed(const torch::Tensor& first, const torch::Tensor& second,
 
 Outliers::Outliers(const learning::Method& method, const learning::ClipFormat& format) {
   const learning::ClipPreparer preparer(format);
-  for (const learning::Sense sense : method.senses) {
-    const learning::SenseExtent extent = preparer.extent(sense);
+  for (const learning::Modality modality : method.modalities) {
+    const learning::ModalityExtent extent = preparer.extent(modality);
     std::vector<std::int64_t> all = {
         static_cast<std::int64_t>(of_each_kind * std::size(learnt_kinds))};
     all.insert(all.end(), extent.begin(), extent.end());
@@ -61,16 +61,16 @@ Outliers::Outliers(const learning::Method& method, const learning::ClipFormat& f
       const auto noise =
           synth::recording::generate_noise(kind, format.samples, format.sample_rate(), random);
       const std::vector<float> clip(noise.begin(), noise.end());
-      for (std::size_t s = 0; s < method.senses.size(); ++s) {
+      for (std::size_t s = 0; s < method.modalities.size(); ++s) {
         torch::Tensor values = noises_[s][row];
-        preparer.prepare(method.senses[s], clip,
+        preparer.prepare(method.modalities[s], clip,
                          {values.data_ptr<float>(), static_cast<std::size_t>(values.numel())});
       }
     }
   }
 }
 
-std::vector<torch::Tensor> Outliers::draw(const std::vector<torch::Tensor>& senses,
+std::vector<torch::Tensor> Outliers::draw(const std::vector<torch::Tensor>& modalities,
                                           const torch::Tensor& labels) const {
   const std::int64_t samples = labels.size(0);
   const std::int64_t count = std::max<std::int64_t>(1, samples / 8);
@@ -84,15 +84,16 @@ std::vector<torch::Tensor> Outliers::draw(const std::vector<torch::Tensor>& sens
   const torch::Tensor second = torch::multinomial(differ, 1).squeeze(1);
   std::vector<torch::Tensor> borders;
   torch::Tensor mixes = torch::ones({count}, torch::kBool);
-  for (const torch::Tensor& sense : senses) {
-    borders.push_back(borders_between(sense.index({first}), sense.index({second})));
+  for (const torch::Tensor& modality : modalities) {
+    borders.push_back(borders_between(modality.index({first}), modality.index({second})));
     mixes = mixes.logical_and(borders.back().any(1));
   }
   if (!mixes.any().item<bool>()) return drawn;
   const torch::Tensor lower = first.index({mixes}), upper = second.index({mixes});
-  for (std::size_t s = 0; s < senses.size(); ++s) {
-    drawn[s] = torch::cat({drawn[s], mixed(senses[s].index({lower}), senses[s].index({upper}),
-                                           borders[s].index({mixes}))});
+  for (std::size_t s = 0; s < modalities.size(); ++s) {
+    drawn[s] =
+        torch::cat({drawn[s], mixed(modalities[s].index({lower}), modalities[s].index({upper}),
+                                    borders[s].index({mixes}))});
   }
   return drawn;
 }

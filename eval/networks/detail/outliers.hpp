@@ -22,15 +22,15 @@ class Outliers {
   /// each of which they have a fifth to four fifths: pairs that cannot be mixed so, as one lies
   /// below or ends before the other, are left out, since a mix of them would be nearly one of them.
   /// Draws from torch's generator.
-  /// @param senses  the batch's
-  std::vector<torch::Tensor> draw(const std::vector<torch::Tensor>& senses,
+  /// @param modalities  the batch's
+  std::vector<torch::Tensor> draw(const std::vector<torch::Tensor>& modalities,
                                   const torch::Tensor& labels) const;
 
   /// Mean over outliers of the cross-entropy of equal fractions of all classes.
   static torch::Tensor loss(const torch::Tensor& logits);
 
  private:
-  std::vector<torch::Tensor> noises_;  ///< of each sense, noises x extent
+  std::vector<torch::Tensor> noises_;  ///< of each modality, noises x extent
 };
 
 }  // namespace carillon::eval::networks

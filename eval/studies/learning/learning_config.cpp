@@ -116,27 +116,27 @@ learning::Method read_method(ConfigNode& node, const std::string& name,
   const bool asks = node.has("branches") || node.has("baseline");
   if (!is_known && !asks) {
     node.fail("", fmt::format("no classifier is known by the name \"{}\"", name),
-              "say what it is: branches: [isnn, voxnet], or baseline: linear_svm and senses; "
+              "say what it is: branches: [isnn, voxnet], or baseline: linear_svm and modalities; "
               "names that are known: carillon list classifiers");
   }
   if (node.has("baseline")) {
     method.kind = named(learning::all_method_kinds,
                         node.choice("baseline", {"nearest_neighbour", "linear_svm"}));
     method.branches.clear();
-    method.senses.clear();
+    method.modalities.clear();
   }
   if (method.kind == learning::MethodKind::network) {
     method.branches = read_some(node, "branches", learning::all_branches, method.branches);
-    method.senses.clear();
+    method.modalities.clear();
     for (const learning::Branch branch : method.branches) {
-      method.senses.push_back(learning::sense_of(branch));
+      method.modalities.push_back(learning::modality_of(branch));
     }
     method.fusion =
         named(learning::all_fusions, node.choice("fusion", names_of(learning::all_fusions),
                                                  std::string(learning::name_of(method.fusion))));
     read_sizes(node, method);
   } else {
-    method.senses = read_some(node, "senses", learning::all_senses, method.senses);
+    method.modalities = read_some(node, "modalities", learning::all_modalities, method.modalities);
   }
   if (method.kind == learning::MethodKind::nearest_neighbour) {
     method.neighbours = node.integer("neighbours", 1, many, method.neighbours);

@@ -153,9 +153,9 @@ Learnt learn(const TrainingJob& job, learning::SampleSource& source,
   Learnt learnt;
   if (job.method.kind == learning::MethodKind::nearest_neighbour) return learnt;
   mpi::agreed(world, [&] {
-    std::vector<learning::SenseExtent> extents;
-    for (const learning::Sense sense : job.method.senses) {
-      extents.push_back(learning::require_layout(source, sense).extent);
+    std::vector<learning::ModalityExtent> extents;
+    for (const learning::Modality modality : job.method.modalities) {
+      extents.push_back(learning::require_layout(source, modality).extent);
     }
     learnt.learner = std::make_unique<networks::Learner>(job.method, extents, samples.classes);
   });

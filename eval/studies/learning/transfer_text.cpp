@@ -57,8 +57,7 @@ ordered_json transfer_json(const TransferSpec& spec, const EvaluatedDatasets& da
                          {"sample_s", nullptr}};
     if (row.confusion_norm) {
       line["confusion_norm"] = *row.confusion_norm;
-      line["norm_by_chance"] = {{"mean", row.norm_by_chance.mean},
-                                {"most", row.norm_by_chance.most}};
+      line["norm_by_chance"] = {{"mean", row.norm_by_chance.mean}, {"max", row.norm_by_chance.max}};
     }
     if (row.heard) line["heard"] = to_json(*row.heard);
     if (row.sample_s) line["sample_s"] = *row.sample_s;
@@ -111,7 +110,7 @@ std::string transfer_text(const TransferSpec& spec, const EvaluatedDatasets& dat
          row.confusion_norm
              ? fmt::format("{:.3f} of {} classes", *row.confusion_norm, row.compared_classes)
              : "-",
-         row.confusion_norm ? fmt::format("up to {:.3f}", row.norm_by_chance.most) : "-",
+         row.confusion_norm ? fmt::format("up to {:.3f}", row.norm_by_chance.max) : "-",
          row.sample_s ? fmt::format("{:.1f}", 1e3 * *row.sample_s) : "-"});
   }
   std::string text =

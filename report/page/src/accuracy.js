@@ -151,14 +151,14 @@ function fitFigures(damping) {
 
 function classifierFigure(classification) {
   // A method has one number wherever it stands; half a sample is the least error that is drawn.
-  const methods = [...new Set(classification.rows.map((row) => `${row.method} (${row.senses})`))];
+  const methods = [...new Set(classification.rows.map((row) => `${row.method} (${row.modalities})`))];
   const floor = (row) => 0.5 / row.samples;
   const rows = classification.rows
     .filter((row) => row.training_s > 0)
     .map((row) => {
       const wrong = (accuracy) => Math.max(1 - accuracy, floor(row));
       const [low, high] = row.accuracy.interval95 ?? [row.accuracy.mean, row.accuracy.mean];
-      return { ...row, number: 1 + methods.indexOf(`${row.method} (${row.senses})`), error: wrong(row.accuracy.mean), least: wrong(high), most: wrong(low) };
+      return { ...row, number: 1 + methods.indexOf(`${row.method} (${row.modalities})`), error: wrong(row.accuracy.mean), least: wrong(high), most: wrong(low) };
     });
   if (rows.length === 0) return [];
   const tasks = [...new Set(rows.map((row) => row.task))];
@@ -179,7 +179,7 @@ function classifierFigure(classification) {
               fill: "task",
               r: 4,
               tip: true,
-              title: (row) => `${row.method} (${row.senses})\n${row.task}: ${percent(row.accuracy.mean)} right\ntrained in ${seconds(row.training_s)}`,
+              title: (row) => `${row.method} (${row.modalities})\n${row.task}: ${percent(row.accuracy.mean)} right\ntrained in ${seconds(row.training_s)}`,
             }),
             Plot.text(rows, { x: "training_s", y: "error", text: (row) => String(row.number), dx: 6, textAnchor: "start" }),
           ],

@@ -138,7 +138,7 @@ function objects(dataset) {
         ...(dataset.shapes.some((s) => s.failure) ? [{ title: "cannot be read", value: (s) => s.failure ?? "" }] : []),
       ],
       dataset.shapes,
-      { most: 100 },
+      { max: 100 },
     )}${leftOut(dataset.objects - dataset.shapes.length, "modes/ has", "more, which took less time")}
     <p class="source">${source(dataset.made, `${dataset.folder}/modes/ and trace.json`)}</p>`;
 }

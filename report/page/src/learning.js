@@ -39,7 +39,7 @@ function dampingContent(document) {
         { title: "failed", number: true, value: (r) => r.failed },
       ],
       rows,
-      { most: 400 },
+      { max: 400 },
     )}</details>
     ${ahead(document)}
     <p class="source">${source(document.made, `${document.folder}/damping.json`)}</p>`;
@@ -94,7 +94,7 @@ function ahead(document) {
       { title: "ahead", value: (r) => r.ahead ?? "", text: (r) => r.ahead ?? "not told apart" },
     ],
     rows,
-    { most: 400 },
+    { max: 400 },
   )}</details>`;
 }
 
@@ -105,7 +105,7 @@ function classificationContent(document) {
       { title: "dataset", value: (r) => r.dataset },
       { title: "task", value: (r) => r.task },
       { title: "method", value: (r) => r.method },
-      { title: "senses", value: (r) => r.senses },
+      { title: "modalities", value: (r) => r.modalities },
       { title: "right [95 %]", number: true, value: (r) => r.accuracy.mean, text: (r) => interval(r.accuracy) },
       { title: "balanced", number: true, value: (r) => r.balanced_accuracy?.mean, text: (r) => percent(r.balanced_accuracy?.mean) },
       { title: "papers", number: true, value: (r) => r.published?.accuracy, text: (r) => percent(r.published?.accuracy) },

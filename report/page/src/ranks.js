@@ -63,6 +63,6 @@ function utilisation(dataset) {
       { title: "most memory", number: true, value: (rank) => rank.peak_memory_bytes, text: (rank) => bytes(rank.peak_memory_bytes) },
     ],
     dataset.ranks.map((rank, i) => ({ rank: i, ...rank })),
-    { caption: "The last run", most: 64 },
+    { caption: "The last run", max: 64 },
   );
 }

@@ -92,7 +92,7 @@ export function levelsTables(study) {
         { title: "none is cheaper and better", value: (row) => (row.on_front ? "yes" : "") },
       ],
       rows,
-      { most: 400 },
+      { max: 400 },
     )}<p class="source">${source(study.made, `${study.folder}/accuracy.json`)}</p></details>`,
   ];
 }

@@ -2,11 +2,11 @@ import { html } from "htl";
 
 // A table that scrolls within its own width and sorts by the column that is clicked.
 // columns: {title, value(row), text(row)?, number?}; rows: any.
-export function table(columns, rows, { caption, most = 200 } = {}) {
+export function table(columns, rows, { caption, max = 200 } = {}) {
   const body = html`<tbody></tbody>`;
   const fill = (sorted) => {
     body.replaceChildren(
-      ...sorted.slice(0, most).map(
+      ...sorted.slice(0, max).map(
         (row) => html`<tr>${columns.map((column) => html`<td class=${column.number ? "number" : ""}>${cell(column, row)}`)}`,
       ),
     );
@@ -26,7 +26,7 @@ export function table(columns, rows, { caption, most = 200 } = {}) {
     return head;
   });
   fill(rows);
-  const rest = rows.length - most;
+  const rest = rows.length - max;
   return html`<div class="scroll" tabindex="0" role="region" aria-label=${caption ?? "Table"}><table>
     ${caption ? html`<caption>${caption}</caption>` : ""}
     <thead><tr>${heads}</tr></thead>

@@ -327,7 +327,7 @@ RitzModes ritz_modes(const mesh::TetMesh& mesh, const PoissonBasis& basis, doubl
     return (dense.values.array() < value).count();
   };
   const auto inside = below(request.top);
-  const auto wanted = std::min(inside, below(request.bottom) + request.most);
+  const auto wanted = std::min(inside, below(request.bottom) + request.max_modes);
   const double highest = wanted < inside ? dense.values[wanted] : request.top;
 
   // Pairs beyond those wanted bear the coupling to what lies above; how many of them it takes shows

@@ -81,7 +81,7 @@ struct RitzModes {
 struct RitzRequest {
   double bottom = 0;  ///< modes are counted from here
   double top = 0;     ///< none is wanted above
-  int most = 0;       ///< so many above `bottom` at most
+  int max_modes = 0;  ///< so many above `bottom` at most
 };
 
 /// Ritz pairs with certified bounds: no further factorisation, one dense eigenproblem, and a

@@ -26,7 +26,7 @@ constexpr double lost = 1e-13;
 constexpr double clear = 0.1;
 /// Iterations without progress after which a residual is what rounding leaves, and how small it is
 /// then.
-constexpr int patience = 4;
+constexpr int max_idle_steps = 4;
 constexpr double small = 1e-8, infinity = std::numeric_limits<double>::infinity();
 /// Columns of length 1 that lie along others up to this are no directions of their own.
 constexpr double dependent = 1e-6;
@@ -143,7 +143,7 @@ class Lobpcg {
       since_min_ = 0;
       return false;
     }
-    return ++since_min_ >= patience;
+    return ++since_min_ >= max_idle_steps;
   }
 
   /// Start vectors join where iterates left room. Residuals and start vectors become M-orthonormal

@@ -18,7 +18,7 @@ namespace {
 /// A body: its outer component first, then its cavities.
 using Body = std::vector<const SurfaceMesh*>;
 
-std::vector<Body> group_objects(const std::vector<SurfaceMesh>& parts) {
+std::vector<Body> group_bodies(const std::vector<SurfaceMesh>& parts) {
   std::vector<Body> bodies;
   std::vector<double> volumes;
   for (const SurfaceMesh& part : parts) {
@@ -173,7 +173,7 @@ TetMesh fill_with_tetrahedra(const SurfaceMesh& surface) {
   const auto parts = split(surface, edge_components(surface.triangles));
   TetMesh mesh;
   mesh.region_names = {"body"};
-  for (const Body& body : group_objects(parts)) {
+  for (const Body& body : group_bodies(parts)) {
     const auto nodes = mesh.nodes.size(), elements = mesh.elements.size();
     const auto count = mesh.element_count();
     // Delaunay first, then HXT, whose boundary recovery is another program.

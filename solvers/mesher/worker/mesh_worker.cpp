@@ -1,6 +1,6 @@
 // carillon-mesh REQUEST REPLY: the mesher's own process. It reads a request (CBOR), limits itself,
 // works, and writes a reply (CBOR): {"result": ...} or {"error": {kind, message, hint}}. No MPI and
-// no PETSc here; solvers/mesh_child.hpp is its caller's side.
+// no PETSc here; solvers/mesher/mesh_child.hpp is its caller's side.
 #include <fmt/core.h>
 #include <signal.h>
 #include <sys/prctl.h>

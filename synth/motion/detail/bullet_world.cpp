@@ -367,7 +367,7 @@ int BulletWorld::parts(double seconds) const {
     const double way = (now.velocity.norm() + turning) * seconds;
     most = std::max(most, way / (longest_way * shape.thinnest));
   }
-  return static_cast<int>(std::min<double>(std::ceil(most), substep_limit + 1.0));
+  return static_cast<int>(std::min<double>(std::ceil(most), max_substep_count + 1.0));
 }
 
 void BulletWorld::release(std::size_t body) {

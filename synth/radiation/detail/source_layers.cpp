@@ -29,7 +29,7 @@ constexpr double core_fraction = 0.3;
 /// square root of its area gives the same.
 constexpr double softening = 0.333;
 /// In which power is taken.
-constexpr int directions = 200;
+constexpr int direction_count = 200;
 
 double monopole_flux(const Vec3& from_source, const Vec3& area) {
   const double r = from_source.norm();
@@ -195,10 +195,10 @@ Eigen::VectorXd radiated_power(const SourceLayers& layers, double wavenumber,
   const auto count = static_cast<Eigen::Index>(layers.patch_points.size());
   // Far away a dipole is i k cos(angle) of a monopole.
   const Complex monopoles(1 / layers.size, wavenumber);
-  Eigen::MatrixXcd rays(directions, count);
-  for (int i = 0; i < directions; ++i) {
+  Eigen::MatrixXcd rays(direction_count, count);
+  for (int i = 0; i < direction_count; ++i) {
     // Points of a spiral (Saff and Kuijlaars 1997), equal in area.
-    const double z = 1 - (2 * i + 1.0) / directions;
+    const double z = 1 - (2 * i + 1.0) / direction_count;
     const double turn = pi * (3 - std::sqrt(5.0)) * i;
     const double across = std::sqrt(1 - z * z);
     const Vec3 way(across * std::cos(turn), across * std::sin(turn), z);
@@ -213,7 +213,7 @@ Eigen::VectorXd radiated_power(const SourceLayers& layers, double wavenumber,
   const Eigen::MatrixXcd pressures = rays * (layers.patch_strengths * strengths);
   // |p|^2 r^2 / (2 rho c) over the sphere, p r = sum / (4 pi).
   return pressures.colwise().squaredNorm().transpose() /
-         (8 * pi * modal::air_density * modal::speed_of_sound * directions);
+         (8 * pi * modal::air_density * modal::speed_of_sound * direction_count);
 }
 
 }  // namespace carillon::synth::radiation

@@ -49,8 +49,9 @@ TEST_P(Batches, HoldEverySampleOnceWithItsOwnValuesInAnOrderOfTheSeed) {
   MadeSource source(600, 3);
   const auto samples = learning::label_samples(source, made_task());
   const auto rows = samples.rows(learning::Part::train);
-  learning::BatchReader reader(
-      source, samples, {learning::Sense::spectrogram, learning::Sense::voxels}, rows, GetParam());
+  learning::BatchReader reader(source, samples,
+                               {learning::Modality::spectrogram, learning::Modality::voxels}, rows,
+                               GetParam());
   const auto first = one_pass(reader, 1), again = one_pass(reader, 1), other = one_pass(reader, 2);
   EXPECT_EQ(first, again);
   EXPECT_NE(first, other);
@@ -64,12 +65,12 @@ TEST_P(Batches, HoldEverySampleOnceWithItsOwnValuesInAnOrderOfTheSeed) {
   ASSERT_TRUE(reader.next(10, batch));
   for (std::size_t i = 0; i < 10; ++i) {
     std::vector<float> own(96), object(1728);
-    source.read(learning::Sense::spectrogram, std::vector<std::uint32_t>{batch.rows[i]}, own);
-    source.read(learning::Sense::voxels, std::vector<std::uint32_t>{batch.rows[i] % 3}, object);
+    source.read(learning::Modality::spectrogram, std::vector<std::uint32_t>{batch.rows[i]}, own);
+    source.read(learning::Modality::voxels, std::vector<std::uint32_t>{batch.rows[i] % 3}, object);
     EXPECT_TRUE(std::equal(own.begin(), own.end(),
-                           batch.senses[0].begin() + static_cast<std::ptrdiff_t>(i * 96)));
+                           batch.modalities[0].begin() + static_cast<std::ptrdiff_t>(i * 96)));
     EXPECT_TRUE(std::equal(object.begin(), object.end(),
-                           batch.senses[1].begin() + static_cast<std::ptrdiff_t>(i * 1728)));
+                           batch.modalities[1].begin() + static_cast<std::ptrdiff_t>(i * 1728)));
     EXPECT_EQ(batch.labels[i], batch.rows[i] % 3);
   }
 }
@@ -78,7 +79,7 @@ INSTANTIATE_TEST_SUITE_P(InMemoryAndInWindows, Batches, testing::Values(1e9, 128
 TEST(Batches, ThatFitAreReadOnce) {
   MadeSource source(600, 3);
   const auto samples = learning::label_samples(source, made_task());
-  learning::BatchReader reader(source, samples, {learning::Sense::spectrogram},
+  learning::BatchReader reader(source, samples, {learning::Modality::spectrogram},
                                samples.rows(learning::Part::train), 1e9);
   for (std::uint64_t pass = 0; pass < 4; ++pass) one_pass(reader, pass);
   EXPECT_EQ(source.reads, samples.rows(learning::Part::train).size());
@@ -88,11 +89,11 @@ TEST(Batches, CountSilenceOnceAndNameWhatIsMissing) {
   MadeSource source(600, 3);
   source.silent = 15;
   const auto samples = learning::label_samples(source, made_task());
-  learning::BatchReader reader(source, samples, {learning::Sense::spectrogram},
+  learning::BatchReader reader(source, samples, {learning::Modality::spectrogram},
                                samples.rows(learning::Part::train), 128 * 96 * 4);
   for (std::uint64_t pass = 0; pass < 3; ++pass) one_pass(reader, pass);
   EXPECT_EQ(reader.silent(), 1u);
-  EXPECT_THROW(learning::BatchReader(source, samples, {learning::Sense::touch}, {0, 1}, 1e9),
+  EXPECT_THROW(learning::BatchReader(source, samples, {learning::Modality::touch}, {0, 1}, 1e9),
                core::InputError);
 }
 
@@ -100,7 +101,7 @@ TEST(Batches, PassOnWhatAnotherThreadMet) {
   MadeSource source(600, 3);
   source.not_finite = 300;
   const auto samples = learning::label_samples(source, made_task());
-  learning::BatchReader reader(source, samples, {learning::Sense::spectrogram},
+  learning::BatchReader reader(source, samples, {learning::Modality::spectrogram},
                                samples.rows(learning::Part::train), 128 * 96 * 4);
   EXPECT_THROW(one_pass(reader, {}), core::InputError);
 }

@@ -64,12 +64,12 @@ class Dataset : public testing::Test {
 TEST_F(Dataset, GivesTheListenersOwnSound) {
   for (std::size_t listener = 0; listener < listeners; ++listener) {
     const auto source = learning::open_dataset_source(folder_.path(), listener);
-    const learning::SenseLayout layout =
-        learning::require_layout(*source, learning::Sense::waveform);
+    const learning::ModalityLayout layout =
+        learning::require_layout(*source, learning::Modality::waveform);
     EXPECT_EQ(layout.entries, sounds);
-    ASSERT_EQ(layout.extent, (learning::SenseExtent{1, samples}));
+    ASSERT_EQ(layout.extent, (learning::ModalityExtent{1, samples}));
     std::vector<float> values(2 * samples);
-    source->read(learning::Sense::waveform, std::vector<std::uint32_t>{1, 3}, values);
+    source->read(learning::Modality::waveform, std::vector<std::uint32_t>{1, 3}, values);
     // At their own rate, with a peak of 1.
     for (std::uint64_t i = 100; i < samples - 100; i += 37) {
       EXPECT_NEAR(values[i], 2 * tone(1, listener, i), 0.02) << listener;
@@ -82,13 +82,13 @@ TEST_F(Dataset, GivesTheListenersOwnSound) {
 TEST_F(Dataset, MakesSpectrogramsWhereNoneAreStored) {
   const auto first = learning::open_dataset_source(folder_.path(), 0);
   const auto second = learning::open_dataset_source(folder_.path(), 1);
-  const learning::SenseLayout layout =
-      learning::require_layout(*first, learning::Sense::spectrogram);
+  const learning::ModalityLayout layout =
+      learning::require_layout(*first, learning::Modality::spectrogram);
   const auto bands = static_cast<std::size_t>(layout.extent[1]);
   const std::size_t frames = learning::values_in(layout.extent) / bands;
   const auto loudest_band = [&](learning::SampleSource& source) {
     std::vector<float> values(learning::values_in(layout.extent));
-    source.read(learning::Sense::spectrogram, std::vector<std::uint32_t>{0}, values);
+    source.read(learning::Modality::spectrogram, std::vector<std::uint32_t>{0}, values);
     return std::distance(values.begin(), std::max_element(values.begin(), values.end())) /
            static_cast<std::ptrdiff_t>(frames);
   };
@@ -97,15 +97,16 @@ TEST_F(Dataset, MakesSpectrogramsWhereNoneAreStored) {
 
 TEST_F(Dataset, GivesWhatIsOfObjectsOnceForEach) {
   const auto source = learning::open_dataset_source(folder_.path(), 0);
-  const learning::SenseLayout voxels = learning::require_layout(*source, learning::Sense::voxels);
+  const learning::ModalityLayout voxels =
+      learning::require_layout(*source, learning::Modality::voxels);
   EXPECT_TRUE(voxels.of_objects);
   EXPECT_EQ(voxels.entries, 2U);
   EXPECT_EQ(source->objects(), (std::vector<std::uint32_t>{0, 0, 1, 1}));
   std::vector<float> values(16);
-  source->read(learning::Sense::voxels, std::vector<std::uint32_t>{0, 1}, values);
+  source->read(learning::Modality::voxels, std::vector<std::uint32_t>{0, 1}, values);
   for (std::size_t i = 0; i < 16; ++i) EXPECT_EQ(values[i], i == 3 || i == 13 ? 1 : -1) << i;
-  EXPECT_FALSE(source->layout(learning::Sense::image));
-  EXPECT_THROW(learning::require_layout(*source, learning::Sense::image), core::InputError);
+  EXPECT_FALSE(source->layout(learning::Modality::image));
+  EXPECT_THROW(learning::require_layout(*source, learning::Modality::image), core::InputError);
 }
 
 TEST_F(Dataset, GivesEntriesThatLieFarApartAsItGivesEachAlone) {
@@ -128,20 +129,20 @@ TEST_F(Dataset, GivesEntriesThatLieFarApartAsItGivesEachAlone) {
   const auto source = learning::open_dataset_source(other, 0);
   const std::vector<std::uint32_t> entries = {0, 1, 3, 50, 97, 99};
   std::vector<float> all(entries.size() * values_each * 3), one(values_each * 3);
-  EXPECT_EQ(source->read(learning::Sense::touch, entries, all),
+  EXPECT_EQ(source->read(learning::Modality::touch, entries, all),
             std::vector<bool>(entries.size(), true));
   for (std::size_t e = 0; e < entries.size(); ++e) {
-    source->read(learning::Sense::touch, std::span(entries).subspan(e, 1), one);
+    source->read(learning::Modality::touch, std::span(entries).subspan(e, 1), one);
     EXPECT_TRUE(std::equal(one.begin(), one.end(), all.begin() + e * one.size())) << entries[e];
   }
 }
 
 TEST_F(Dataset, GivesTouchByAxesOfUnitRootMeanSquare) {
   const auto source = learning::open_dataset_source(folder_.path(), 0);
-  ASSERT_EQ(learning::require_layout(*source, learning::Sense::touch).extent,
-            (learning::SenseExtent{3, ticks}));
+  ASSERT_EQ(learning::require_layout(*source, learning::Modality::touch).extent,
+            (learning::ModalityExtent{3, ticks}));
   std::vector<float> values(3 * ticks);
-  source->read(learning::Sense::touch, std::vector<std::uint32_t>{1}, values);
+  source->read(learning::Modality::touch, std::vector<std::uint32_t>{1}, values);
   double square = 0;
   for (const float value : values) square += static_cast<double>(value) * value;
   EXPECT_NEAR(square / static_cast<double>(values.size()), 1, 1e-5);

@@ -20,10 +20,10 @@
 namespace carillon::eval {
 namespace {
 
-learning::Method svm(std::vector<learning::Sense> senses) {
+learning::Method svm(std::vector<learning::Modality> modalities) {
   learning::Method method = made_method({});
   method.kind = learning::MethodKind::linear_svm;
-  method.senses = std::move(senses);
+  method.modalities = std::move(modalities);
   method.learning.learning_rate = 1e-2;
   return method;
 }
@@ -38,7 +38,7 @@ TEST(Training, LearnsWhatTellsClassesApart) {
 
 TEST(Training, OfALinearSupportVectorMachineLearnsToo) {
   MadeSource source(600, 3);
-  EXPECT_GT(train(svm({learning::Sense::spectrogram}), source).test_accuracy, 0.95);
+  EXPECT_GT(train(svm({learning::Modality::spectrogram}), source).test_accuracy, 0.95);
 }
 
 TEST(Training, IsTheSameAgainAndAnotherOfAnotherSeed) {
@@ -55,7 +55,7 @@ TEST(Training, GoesOnAsIfItHadNotStopped) {
   const networks::Checkpoint checkpoint{folder.path() / "checkpoint", "inputs"};
   MadeSource source(300, 3, 1.0);
   for (const learning::Method& method :
-       {made_method({learning::Branch::soundnet5}), svm({learning::Sense::spectrogram})}) {
+       {made_method({learning::Branch::soundnet5}), svm({learning::Modality::spectrogram})}) {
     learning::Method shorter = method;
     shorter.learning.epochs = 4;
     const Course whole = train(shorter, source);
@@ -103,7 +103,7 @@ TEST(Training, OfTwoRanksMovesByTheMeanGradientOfAllSamples) {
   // Plain gradient descent, which heeds a gradient's scale, without anything random; every step
   // sees all samples, of which one rank has more.
   MadeSource source(520, 3, 1.0);
-  learning::Method method = svm({learning::Sense::spectrogram});
+  learning::Method method = svm({learning::Modality::spectrogram});
   method.learning.epochs = 4;
   method.learning.batch = 2000;
   const Course alone = train(method, source);
@@ -138,7 +138,7 @@ TEST(Training, OfTwoRanksMovesByTheMeanGradientOfAllSamples) {
 TEST(Training, RefusesAValidationLossThatIsNoNumber) {
   MadeSource source(300, 3);
   const learning::LabelledSamples samples = learning::label_samples(source, made_task());
-  learning::Method method = svm({learning::Sense::spectrogram});
+  learning::Method method = svm({learning::Modality::spectrogram});
   method.learning.learning_rate = 1e38;  // the step after which nothing is finite is the last
   method.learning.batch = 1000;
   networks::Learner learner(method, extents_of(method, source), samples.classes);
@@ -182,8 +182,8 @@ TEST(SavedLearner, AnswersAsItDid) {
   EXPECT_EQ(loaded.predict(source, samples, rows, {}), scores);
   // One at a time, from prepared values.
   std::vector<float> sound(96), object(1728);
-  source.read(learning::Sense::spectrogram, std::vector<std::uint32_t>{rows[0]}, sound);
-  source.read(learning::Sense::voxels, std::vector<std::uint32_t>{rows[0] % 3}, object);
+  source.read(learning::Modality::spectrogram, std::vector<std::uint32_t>{rows[0]}, sound);
+  source.read(learning::Modality::voxels, std::vector<std::uint32_t>{rows[0] % 3}, object);
   const auto alone = loaded.logits_of({sound, object});
   for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(alone[c], scores[c], 1e-5);
 }
@@ -222,16 +222,16 @@ TEST(ExcitingInput, IsTakenForItsClassAndAsStrongAsAsked) {
 TEST(NearestNeighbours, AreThoseOfAllPairsOfDistances) {
   MadeSource source(300, 3, 2.0);
   const learning::LabelledSamples samples = learning::label_samples(source, made_task());
-  learning::Method method = svm({learning::Sense::spectrogram, learning::Sense::voxels});
+  learning::Method method = svm({learning::Modality::spectrogram, learning::Modality::voxels});
   method.kind = learning::MethodKind::nearest_neighbour;
   method.neighbours = 5;
   const auto rows = samples.rows(learning::Part::test), known = samples.rows(learning::Part::train);
   const auto fractions = networks::ask_neighbours(method, source, samples, rows, {});
   const auto values_of = [&](std::uint32_t row) {
     std::vector<float> values(96 + 1728);
-    source.read(learning::Sense::spectrogram, std::vector<std::uint32_t>{row},
+    source.read(learning::Modality::spectrogram, std::vector<std::uint32_t>{row},
                 std::span(values).first(96));
-    source.read(learning::Sense::voxels, std::vector<std::uint32_t>{row % 3},
+    source.read(learning::Modality::voxels, std::vector<std::uint32_t>{row % 3},
                 std::span(values).subspan(96));
     return values;
   };

@@ -9,11 +9,11 @@
 
 namespace carillon::eval {
 
-inline std::vector<learning::SenseExtent> extents_of(const learning::Method& method,
-                                                     const learning::SampleSource& source) {
-  std::vector<learning::SenseExtent> extents;
-  for (const learning::Sense sense : method.senses)
-    extents.push_back(learning::require_layout(source, sense).extent);
+inline std::vector<learning::ModalityExtent> extents_of(const learning::Method& method,
+                                                        const learning::SampleSource& source) {
+  std::vector<learning::ModalityExtent> extents;
+  for (const learning::Modality modality : method.modalities)
+    extents.push_back(learning::require_layout(source, modality).extent);
   return extents;
 }
 

@@ -50,36 +50,36 @@ class MadeSource final : public learning::SampleSource {
     return labels;
   }
   std::optional<learning::ClipFormat> clip_format() const override { return std::nullopt; }
-  std::optional<learning::SenseLayout> layout(learning::Sense sense) const override {
-    switch (sense) {
-      case learning::Sense::spectrogram:
-        return learning::SenseLayout{{1, 16, 6}, samples_, false};
-      case learning::Sense::voxels:
-        return learning::SenseLayout{{1, 12, 12, 12}, classes_, true};
-      case learning::Sense::waveform:
-        return learning::SenseLayout{{1, 8192}, samples_, false};
+  std::optional<learning::ModalityLayout> layout(learning::Modality modality) const override {
+    switch (modality) {
+      case learning::Modality::spectrogram:
+        return learning::ModalityLayout{{1, 16, 6}, samples_, false};
+      case learning::Modality::voxels:
+        return learning::ModalityLayout{{1, 12, 12, 12}, classes_, true};
+      case learning::Modality::waveform:
+        return learning::ModalityLayout{{1, 8192}, samples_, false};
       default:
         return std::nullopt;
     }
   }
-  std::vector<bool> read(learning::Sense sense, std::span<const std::uint32_t> entries,
+  std::vector<bool> read(learning::Modality modality, std::span<const std::uint32_t> entries,
                          std::span<float> values) override {
     const std::size_t each = values.size() / entries.size();
     std::vector<bool> heard(entries.size(), true);
     for (std::size_t i = 0; i < entries.size(); ++i) {
       const std::uint32_t entry = entries[i];
       if (entry == not_finite) throw core::InputError("sample-" + std::to_string(entry) + " NaN");
-      core::RandomStream random(5, entry, learning::name_of(sense));
+      core::RandomStream random(5, entry, learning::name_of(modality));
       const std::size_t of_class = entry % classes_;
       heard[i] = !all_silent && entry != silent;
       ++reads;
       for (std::size_t v = 0; v < each; ++v) {
         values[i * each + v] = static_cast<float>(noise_ * random.normal());
-        if (sense == learning::Sense::spectrogram && v / 6 % classes_ == of_class)
+        if (modality == learning::Modality::spectrogram && v / 6 % classes_ == of_class)
           values[i * each + v] += 1;
-        if (sense == learning::Sense::voxels)
+        if (modality == learning::Modality::voxels)
           values[i * each + v] = v / 144 % classes_ == of_class ? 1 : -1;
-        if (sense == learning::Sense::waveform) {
+        if (modality == learning::Modality::waveform) {
           values[i * each + v] +=
               static_cast<float>(std::sin(0.02 * static_cast<double>((of_class + 1) * v)));
         }
@@ -114,7 +114,7 @@ inline learning::Method made_method(std::vector<learning::Branch> branches,
   method.branches = std::move(branches);
   method.fusion = fusion;
   for (const learning::Branch branch : method.branches)
-    method.senses.push_back(learning::sense_of(branch));
+    method.modalities.push_back(learning::modality_of(branch));
   method.sizes = {.width = 16,
                   .filters = 8,
                   .kernel_bands = 6,

@@ -12,35 +12,36 @@ namespace carillon::eval {
 namespace {
 
 /// Extents of real data, except of voxels, which are fewer.
-learning::SenseExtent extent_of(learning::Sense sense) {
-  switch (sense) {
-    case learning::Sense::spectrogram:
+learning::ModalityExtent extent_of(learning::Modality modality) {
+  switch (modality) {
+    case learning::Modality::spectrogram:
       return {1, 64, 25};
-    case learning::Sense::waveform:
+    case learning::Modality::waveform:
       return {1, 22050};
-    case learning::Sense::voxels:
+    case learning::Modality::voxels:
       return {1, 12, 12, 12};
-    case learning::Sense::image:
+    case learning::Modality::image:
       return {3, 64, 64};
-    case learning::Sense::touch:
+    case learning::Modality::touch:
       return {3, 400};
   }
   return {};
 }
 
-std::vector<learning::SenseExtent> extents_of(const learning::Method& method) {
-  std::vector<learning::SenseExtent> extents;
-  for (const learning::Sense sense : method.senses) extents.push_back(extent_of(sense));
+std::vector<learning::ModalityExtent> extents_of(const learning::Method& method) {
+  std::vector<learning::ModalityExtent> extents;
+  for (const learning::Modality modality : method.modalities)
+    extents.push_back(extent_of(modality));
   return extents;
 }
 
-std::vector<torch::Tensor> random_senses(const learning::Method& method, std::int64_t samples) {
-  std::vector<torch::Tensor> senses;
-  for (learning::SenseExtent extent : extents_of(method)) {
+std::vector<torch::Tensor> random_modalities(const learning::Method& method, std::int64_t samples) {
+  std::vector<torch::Tensor> modalities;
+  for (learning::ModalityExtent extent : extents_of(method)) {
     extent.insert(extent.begin(), samples);
-    senses.push_back(torch::randn(extent));
+    modalities.push_back(torch::randn(extent));
   }
-  return senses;
+  return modalities;
 }
 
 class Branches : public testing::TestWithParam<learning::Branch> {};
@@ -49,10 +50,10 @@ TEST_P(Branches, GiveFeaturesAndLogitsAndEveryWeightLearns) {
   torch::manual_seed(1);
   const learning::Method method = made_method({GetParam()});
   const auto network = networks::make_classifier(method, extents_of(method), 5);
-  const auto senses = random_senses(method, 4);
+  const auto modalities = random_modalities(method, 4);
   network->train();
-  EXPECT_EQ(network->features(senses).sizes(), (std::vector<std::int64_t>{4, 16}));
-  const torch::Tensor logits = network->forward(senses);
+  EXPECT_EQ(network->features(modalities).sizes(), (std::vector<std::int64_t>{4, 16}));
+  const torch::Tensor logits = network->forward(modalities);
   EXPECT_EQ(logits.sizes(), (std::vector<std::int64_t>{4, 5}));
   logits.square().sum().backward();
   for (const auto& item : network->named_parameters()) {
@@ -118,10 +119,10 @@ TEST_P(Fusions, HaveTheGradientOfFiniteDifferences) {
   const auto network = networks::make_classifier(method, extents_of(method), 3);
   network->to(torch::kFloat64);
   network->eval();  // no dropout
-  auto senses = random_senses(method, 2);
-  for (torch::Tensor& sense : senses) sense = sense.to(torch::kFloat64);
+  auto modalities = random_modalities(method, 2);
+  for (torch::Tensor& modality : modalities) modality = modality.to(torch::kFloat64);
   const auto loss = [&] {
-    return torch::nn::functional::cross_entropy(network->forward(senses),
+    return torch::nn::functional::cross_entropy(network->forward(modalities),
                                                 torch::tensor({0, 2}, torch::kInt64));
   };
   loss().backward();
@@ -148,7 +149,7 @@ TEST_P(Fusions, TakeAnyNumberOfBranches) {
                                                learning::Branch::touch, learning::Branch::image},
                                               GetParam());
   const auto network = networks::make_classifier(method, extents_of(method), 3);
-  EXPECT_EQ(network->forward(random_senses(method, 2)).size(1), 3);
+  EXPECT_EQ(network->forward(random_modalities(method, 2)).size(1), 3);
 }
 INSTANTIATE_TEST_SUITE_P(All, Fusions, testing::ValuesIn(learning::all_fusions),
                          [](const auto& name) {
@@ -158,7 +159,7 @@ INSTANTIATE_TEST_SUITE_P(All, Fusions, testing::ValuesIn(learning::all_fusions),
 /// Features of the branches of a network alone, by networks of one branch with the same weights.
 std::vector<torch::Tensor> branch_features(const networks::Classifier& fused,
                                            const learning::Method& method,
-                                           const std::vector<torch::Tensor>& senses) {
+                                           const std::vector<torch::Tensor>& modalities) {
   std::vector<torch::Tensor> features;
   for (std::size_t b = 0; b < method.branches.size(); ++b) {
     const learning::Method alone = made_method({method.branches[b]});
@@ -172,7 +173,7 @@ std::vector<torch::Tensor> branch_features(const networks::Classifier& fused,
         weights["branch0." + item.key().substr(prefix.size())].copy_(item.value());
       }
     }
-    features.push_back(network->features({senses[b]}));
+    features.push_back(network->features({modalities[b]}));
   }
   return features;
 }
@@ -185,8 +186,8 @@ TEST_P(FusionFormulas, AreThoseOfThePapers) {
       made_method({learning::Branch::isnn, learning::Branch::voxnet}, GetParam());
   const auto network = networks::make_classifier(method, extents_of(method), 3);
   network->eval();
-  const auto senses = random_senses(method, 4);
-  const auto features = branch_features(*network, method, senses);
+  const auto modalities = random_modalities(method, 4);
+  const auto features = branch_features(*network, method, modalities);
   const auto weights = network->named_parameters();
   const auto project = [&](std::size_t b) {
     const std::string layer = "product.projection" + std::to_string(b);
@@ -219,7 +220,7 @@ TEST_P(FusionFormulas, AreThoseOfThePapers) {
       }
     }
   }
-  EXPECT_LT((network->features(senses) - expected).abs().max().item<double>(), 1e-5);
+  EXPECT_LT((network->features(modalities) - expected).abs().max().item<double>(), 1e-5);
 }
 INSTANTIATE_TEST_SUITE_P(All, FusionFormulas, testing::ValuesIn(learning::all_fusions),
                          [](const auto& name) {
@@ -234,7 +235,7 @@ TEST(Bilinear, HasAFiniteGradientWhereNothingIsFelt) {
     const torch::NoGradGuard no_gradient;
     for (torch::Tensor& weight : network->parameters()) weight.zero_();
   }
-  network->forward(random_senses(method, 2)).sum().backward();
+  network->forward(random_modalities(method, 2)).sum().backward();
   for (const torch::Tensor& weight : network->parameters()) {
     EXPECT_TRUE(torch::isfinite(weight.grad()).all().item<bool>());
   }
@@ -245,18 +246,18 @@ TEST(Weights, ComeBackAndGradientsGoRoundUnchanged) {
   const learning::Method method = made_method({learning::Branch::soundnet5});
   const auto first = networks::make_classifier(method, extents_of(method), 3);
   const auto second = networks::make_classifier(method, extents_of(method), 3);
-  const auto senses = random_senses(method, 3);
+  const auto modalities = random_modalities(method, 3);
   first->train();
-  first->forward(senses).square().sum().backward();
+  first->forward(modalities).square().sum().backward();
   networks::from_bytes(networks::to_bytes(*first), *second);
   first->eval();
   second->eval();
-  EXPECT_TRUE(first->forward(senses).equal(second->forward(senses)));
+  EXPECT_TRUE(first->forward(modalities).equal(second->forward(modalities)));
   // Gradients as one row: torch adds to it in place.
   torch::Tensor flat = torch::zeros({networks::parameter_count(*second)});
   networks::bind_gradients(*second, flat);
   second->train();
-  second->forward(senses).square().sum().backward();
+  second->forward(modalities).square().sum().backward();
   std::int64_t at = 0;
   for (const torch::Tensor& parameter : second->parameters()) {
     const torch::Tensor own = flat.slice(0, at, at + parameter.numel()).view_as(parameter);

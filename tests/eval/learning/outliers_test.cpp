@@ -47,7 +47,7 @@ TEST(Outliers, AreNoisesAndMixesOfTwoClasses) {
   EXPECT_EQ(mixes, 20 * 4);
 }
 
-TEST(Outliers, OfSeveralSensesAreOneSoundInEach) {
+TEST(Outliers, OfSeveralModalitiesAreOneSoundInEach) {
   torch::manual_seed(2);
   const networks::Outliers outliers(
       made_method({learning::Branch::isnn, learning::Branch::soundnet5}),

@@ -58,7 +58,7 @@ class Recognising : public testing::Test {
     samples_ = learning::label_samples(*source_, task);
     learning::Method method;
     method.branches = {learning::Branch::isnn};
-    method.senses = {learning::Sense::spectrogram};
+    method.modalities = {learning::Modality::spectrogram};
     method.sizes.filters = 8;
     method.sizes.width = 32;
     method.learning.epochs = 15;
@@ -66,7 +66,8 @@ class Recognising : public testing::Test {
     method.learning.learning_rate = 0.003;
     learner_ = std::make_unique<networks::Learner>(
         method,
-        std::vector<learning::SenseExtent>{source_->layout(learning::Sense::spectrogram)->extent},
+        std::vector<learning::ModalityExtent>{
+            source_->layout(learning::Modality::spectrogram)->extent},
         samples_.classes);
     learner_->train(*source_, samples_, {}, {}, {});
     recognition_ = recognition::learn_recognition(
@@ -112,11 +113,11 @@ TEST_F(Recognising, TellsNoiseFromItsClasses) {
       recognition::try_recognition(recognition_, *learner_, *source_, samples_,
                                    learner_->predict(*source_, samples_, tested, {}),
                                    std::vector<std::size_t>(tested.begin(), tested.end()), {});
-  ASSERT_EQ(trial.novel.size(), 5U);  // nothing is left out: noises alone
-  for (const auto& [name, novel] : trial.novel) {
-    EXPECT_GT(novel.auroc, 0.9) << name;
-    EXPECT_LE(novel.auroc95.low, novel.auroc);
-    EXPECT_GE(novel.auroc95.high, novel.auroc);
+  ASSERT_EQ(trial.unknown.size(), 5U);  // nothing is left out: noises alone
+  for (const auto& [name, unknown] : trial.unknown) {
+    EXPECT_GT(unknown.auroc, 0.9) << name;
+    EXPECT_LE(unknown.auroc95.low, unknown.auroc);
+    EXPECT_GE(unknown.auroc95.high, unknown.auroc);
   }
   EXPECT_GE(trial.calibration_error, 0);
   EXPECT_LT(trial.calibration_error, 0.15);  // 45 samples

@@ -207,12 +207,12 @@ TEST_F(Recordings, AreHeardFromTheStrikeOnAtAnyRateAndNumberOfChannels) {
   put("slow-0.wav", struck(900, 0.2, 22050));
   put("both-0.wav", struck(900, 0, 44100, 2));
   const auto source = learning::open_recordings(spec("{shape}-*"));
-  const auto layout = source->layout(learning::Sense::spectrogram).value();
-  EXPECT_EQ(layout.extent, (learning::SenseExtent{1, 64, 25}));
+  const auto layout = source->layout(learning::Modality::spectrogram).value();
+  EXPECT_EQ(layout.extent, (learning::ModalityExtent{1, 64, 25}));
   const std::size_t each = learning::values_in(layout.extent);
   std::vector<float> values(4 * each);
   const std::vector<std::uint32_t> all = {0, 1, 2, 3};
-  for (const bool heard : source->read(learning::Sense::spectrogram, all, values))
+  for (const bool heard : source->read(learning::Modality::spectrogram, all, values))
     EXPECT_TRUE(heard);
   // both, late, plain, slow; the tail of the first cells below -40 dB counts little.
   for (const std::size_t other : {0U, 1U, 3U}) {
@@ -223,7 +223,7 @@ TEST_F(Recordings, AreHeardFromTheStrikeOnAtAnyRateAndNumberOfChannels) {
     }
     EXPECT_LT(difference, 0.05) << source->keys()[other];
   }
-  EXPECT_FALSE(source->layout(learning::Sense::voxels).has_value());
+  EXPECT_FALSE(source->layout(learning::Modality::voxels).has_value());
 }
 
 TEST_F(Recordings, OfSilenceAreEmptyAndOfNaNRefused) {
@@ -240,10 +240,10 @@ TEST_F(Recordings, OfSilenceAreEmptyAndOfNaNRefused) {
   }
   const auto source = learning::open_recordings(spec("{shape}-*"));
   std::vector<float> values(64 * 25);
-  EXPECT_EQ(source->read(learning::Sense::spectrogram, std::vector<std::uint32_t>{0}, values),
+  EXPECT_EQ(source->read(learning::Modality::spectrogram, std::vector<std::uint32_t>{0}, values),
             std::vector<bool>{false});
   try {
-    source->read(learning::Sense::spectrogram, std::vector<std::uint32_t>{1}, values);
+    source->read(learning::Modality::spectrogram, std::vector<std::uint32_t>{1}, values);
     FAIL() << "NaN was taken";
   } catch (const core::Error& error) {
     EXPECT_NE(error.message().find("b-0.wav: sample 7"), std::string::npos) << error.message();

@@ -1,5 +1,5 @@
-// What networks are given: prepared senses, tasks, samples of several sources, and files that know
-// whether they are whole.
+// What networks are given: prepared modalities, tasks, samples of several sources, and files that
+// know whether they are whole.
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
@@ -62,7 +62,8 @@ TEST(PreparedSpectrogram, HasThePapersExtentForClipsOfAnyLength) {
   EXPECT_EQ(learning::paper_format(44100, 44100).mel.hop, 1837);
   for (const std::size_t samples : {44100U, 48000U, 22050U, 13000U}) {
     const learning::ClipPreparer preparer(learning::paper_format(samples, 44100));
-    EXPECT_EQ(preparer.extent(learning::Sense::spectrogram), (learning::SenseExtent{1, 64, 25}))
+    EXPECT_EQ(preparer.extent(learning::Modality::spectrogram),
+              (learning::ModalityExtent{1, 64, 25}))
         << samples;
   }
 }
@@ -251,20 +252,21 @@ TEST(SelectedSamples, AreThoseOfTheirSources) {
   EXPECT_EQ(source->labels("kind"),
             (std::vector<std::string>{"class-2", "class-2", "class-1", "class-1"}));
   EXPECT_EQ(source->objects(), (std::vector<std::uint32_t>{2, 2, 4, 4}));
-  for (const learning::Sense sense : {learning::Sense::spectrogram, learning::Sense::voxels}) {
-    const auto layout = source->layout(sense).value();
-    EXPECT_EQ(layout.entries, sense == learning::Sense::voxels ? 6U : 4U);
+  for (const learning::Modality modality :
+       {learning::Modality::spectrogram, learning::Modality::voxels}) {
+    const auto layout = source->layout(modality).value();
+    EXPECT_EQ(layout.entries, modality == learning::Modality::voxels ? 6U : 4U);
     const std::size_t each = learning::values_in(layout.extent);
     std::vector<std::uint32_t> all(layout.entries);
     std::iota(all.begin(), all.end(), 0U);
     std::vector<float> values(all.size() * each), own(each);
-    EXPECT_EQ(source->read(sense, all, values), std::vector<bool>(all.size(), true));
+    EXPECT_EQ(source->read(modality, all, values), std::vector<bool>(all.size(), true));
     for (const std::uint32_t entry : all) {
-      const bool object = sense == learning::Sense::voxels;
+      const bool object = modality == learning::Modality::voxels;
       MadeSource& theirs = (object ? entry / 3 : entry / 2) == 0 ? first : second;
       const std::uint32_t row =
           object ? entry % 3 : std::vector<std::uint32_t>{2, 50, 4, 40}[entry];
-      theirs.read(sense, std::vector<std::uint32_t>{row}, own);
+      theirs.read(modality, std::vector<std::uint32_t>{row}, own);
       EXPECT_TRUE(std::equal(own.begin(), own.end(), values.begin() + entry * each)) << entry;
     }
   }

@@ -38,19 +38,19 @@ std::vector<Group> grouped(const std::vector<TrainedClassifier>& trained) {
 
 std::string letters(const learning::Method& method) {
   std::string text;
-  for (const learning::Sense sense : method.senses) {
-    switch (sense) {
-      case learning::Sense::spectrogram:
-      case learning::Sense::waveform:
+  for (const learning::Modality modality : method.modalities) {
+    switch (modality) {
+      case learning::Modality::spectrogram:
+      case learning::Modality::waveform:
         text += 'A';
         break;
-      case learning::Sense::voxels:
+      case learning::Modality::voxels:
         text += 'V';
         break;
-      case learning::Sense::image:
+      case learning::Modality::image:
         text += 'I';
         break;
-      case learning::Sense::touch:
+      case learning::Modality::touch:
         text += 'T';
         break;
     }
@@ -76,23 +76,23 @@ std::optional<recognition::RecognitionTrial> recognition_of(const Group& group) 
   found.calibration_error = mean(&RecognitionTrial::calibration_error);
   found.calibration_by_chance = mean(&RecognitionTrial::calibration_by_chance);
   found.accepted = mean(&RecognitionTrial::accepted);
-  for (const auto& [name, first] : group.classifiers.front()->record.recognition->novel) {
-    const auto of_novel = [&, &name = name](double RecognitionTrial::Novel::*number) {
+  for (const auto& [name, first] : group.classifiers.front()->record.recognition->unknown) {
+    const auto of_unknown = [&, &name = name](double RecognitionTrial::Unknown::*number) {
       return mean_of(group, [&](const TrainingRecord& one) {
-        return one.recognition->novel.at(name).*number;
+        return one.recognition->unknown.at(name).*number;
       });
     };
-    RecognitionTrial::Novel& novel = found.novel[name];
-    novel.auroc = of_novel(&RecognitionTrial::Novel::auroc);
-    novel.accepted = of_novel(&RecognitionTrial::Novel::accepted);
-    novel.auroc95 = {1, 0};
+    RecognitionTrial::Unknown& unknown = found.unknown[name];
+    unknown.auroc = of_unknown(&RecognitionTrial::Unknown::auroc);
+    unknown.accepted = of_unknown(&RecognitionTrial::Unknown::accepted);
+    unknown.auroc95 = {1, 0};
     for (const TrainedClassifier* one : group.classifiers) {
-      const core::Range& bounds = one->record.recognition->novel.at(name).auroc95;
+      const core::Range& bounds = one->record.recognition->unknown.at(name).auroc95;
       if (std::isnan(bounds.low)) continue;
-      novel.auroc95.low = std::min(novel.auroc95.low, bounds.low);
-      novel.auroc95.high = std::max(novel.auroc95.high, bounds.high);
+      unknown.auroc95.low = std::min(unknown.auroc95.low, bounds.low);
+      unknown.auroc95.high = std::max(unknown.auroc95.high, bounds.high);
     }
-    if (novel.auroc95.low > novel.auroc95.high) novel.auroc95 = {core::nan, core::nan};
+    if (unknown.auroc95.low > unknown.auroc95.high) unknown.auroc95 = {core::nan, core::nan};
   }
   return found;
 }
@@ -115,7 +115,7 @@ ClassificationRow row_of(const Group& group, const ClassificationSpec& spec,
   row.dataset = sources[group.source()].name;
   row.task = job.task.name;
   row.method = job.method.name;
-  row.senses = letters(job.method);
+  row.modalities = letters(job.method);
   for (const TrainedClassifier* one : group.classifiers) {
     row.seeds.push_back(one->job.method.learning.seed);
   }

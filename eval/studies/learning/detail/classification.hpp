@@ -23,7 +23,7 @@ struct ClassificationSpec {
 /// How the classifiers of one method did on one task of one dataset.
 struct ClassificationRow {
   std::string dataset, task, method;
-  std::string senses;  ///< letters as the papers' tables have them
+  std::string modalities;  ///< letters as the papers' tables have them
   std::vector<std::uint64_t> seeds;
   std::size_t samples = 0, groups = 0;  ///< held out
   std::vector<std::string> classes;

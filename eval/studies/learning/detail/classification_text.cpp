@@ -24,7 +24,7 @@ const char* held_out_groups(const learning::TaskSpec& task) {
 ordered_json recognition_json(const recognition::RecognitionTrial& trial) {
   ordered_json found = to_json(trial);
   for (const char* name : {"temperature", "uncalibrated_error"}) found.erase(name);
-  for (ordered_json& novel : found["novel"]) novel.erase("sounds");
+  for (ordered_json& unknown : found["unknown"]) unknown.erase("sounds");
   return found;
 }
 
@@ -43,7 +43,7 @@ ordered_json to_json(const ClassificationRow& row) {
       {"dataset", row.dataset},
       {"task", row.task},
       {"method", row.method},
-      {"senses", row.senses},
+      {"modalities", row.modalities},
       {"seeds", row.seeds},
       {"samples", row.samples},
       {"groups", row.groups},
@@ -72,12 +72,12 @@ std::string accuracy_table(const Rows& rows) {
   const bool published = std::any_of(rows.begin(), rows.end(), [](const ClassificationRow* row) {
     return row->published.has_value();
   });
-  std::vector<std::vector<std::string>> cells = {{"method", "senses", "seeds", "accuracy",
+  std::vector<std::vector<std::string>> cells = {{"method", "modalities", "seeds", "accuracy",
                                                   "less the chosen one's", "balanced",
                                                   "between seeds", "numbers", "time"}};
   if (published) cells.front().emplace_back("paper");
   for (const ClassificationRow* row : rows) {
-    cells.push_back({row->method, row->senses, fmt::format("{}", row->seeds.size()),
+    cells.push_back({row->method, row->modalities, fmt::format("{}", row->seeds.size()),
                      with_interval(row->accuracy),
                      row->chosen ? "chosen" : with_interval(row->difference),
                      with_interval(row->balanced_accuracy),
@@ -99,10 +99,10 @@ std::string recognition_table(const Rows& rows) {
     std::string method = row->method, accepted = percent(found.accepted),
                 error = fmt::format("{} ({} by chance)", percent(found.calibration_error),
                                     percent(found.calibration_by_chance));
-    for (const auto& [name, novel] : found.novel) {
+    for (const auto& [name, unknown] : found.unknown) {
       cells.push_back({method, error, accepted, name,
-                       with_interval(Estimate{novel.auroc, novel.auroc95}),
-                       percent(novel.accepted)});
+                       with_interval(Estimate{unknown.auroc, unknown.auroc95}),
+                       percent(unknown.accepted)});
       method = error = accepted = "";
     }
   }
@@ -191,7 +191,7 @@ std::string to_csv(const Classification& found) {
   std::string csv = core::csv_line({"dataset",
                                     "task",
                                     "method",
-                                    "senses",
+                                    "modalities",
                                     "seeds",
                                     "samples",
                                     "groups",
@@ -213,7 +213,7 @@ std::string to_csv(const Classification& found) {
                                     "published_accuracy"});
   const auto number = [](double value) { return core::csv_value(core::number_or_null(value)); };
   for (const ClassificationRow& row : found.rows) {
-    std::vector<std::string> cells = {row.dataset, row.task, row.method, row.senses};
+    std::vector<std::string> cells = {row.dataset, row.task, row.method, row.modalities};
     for (const std::size_t count :
          {row.seeds.size(), row.samples, row.groups, row.classes.size()}) {
       cells.push_back(fmt::format("{}", count));

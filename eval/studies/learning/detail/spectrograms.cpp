@@ -21,7 +21,7 @@ constexpr std::size_t components = 2;
 
 bool sees_spectrograms_alone(const learning::Method& method) {
   return method.kind == learning::MethodKind::network && method.branches.size() == 1 &&
-         method.senses.front() == learning::Sense::spectrogram;
+         method.modalities.front() == learning::Modality::spectrogram;
 }
 
 /// To four digits after the point, as pictures are kept.
@@ -47,8 +47,8 @@ std::vector<std::uint32_t> some_rows(const std::vector<std::string>& keys, std::
 
 void find_components(const SpectrogramStudy& study, learning::SampleSource& source,
                      DatasetSpectrograms& dataset) {
-  const learning::SenseLayout layout =
-      learning::require_layout(source, learning::Sense::spectrogram);
+  const learning::ModalityLayout layout =
+      learning::require_layout(source, learning::Modality::spectrogram);
   const std::size_t each = learning::values_in(layout.extent);
   const std::size_t count = std::min(study.sounds, source.size());
   std::vector<float> read(each);
@@ -56,7 +56,7 @@ void find_components(const SpectrogramStudy& study, learning::SampleSource& sour
   const std::vector<std::string> all_labels = source.labels(study.color);
   const std::vector<std::string> all_keys = source.keys();
   for (const std::uint32_t row : some_rows(all_keys, count)) {
-    source.read(learning::Sense::spectrogram, {&row, 1}, read);
+    source.read(learning::Modality::spectrogram, {&row, 1}, read);
     values.insert(values.end(), read.begin(), read.end());
     dataset.labels.push_back(all_labels[row]);
     dataset.keys.push_back(all_keys[row]);

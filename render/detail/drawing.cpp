@@ -1,0 +1,127 @@
+#include "render/detail/drawing.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace carillon::render {
+
+void set_matrix(const Program& program, const char* name, const Eigen::Matrix4d& matrix) {
+  const Eigen::Matrix4f values = matrix.cast<float>();
+  glUniformMatrix4fv(glGetUniformLocation(program.get(), name), 1, GL_FALSE, values.data());
+}
+
+void set_vector(const Program& program, const std::string& name, const Vec3& value) {
+  const Eigen::Vector3f values = value.cast<float>();
+  glUniform3fv(glGetUniformLocation(program.get(), name.c_str()), 1, values.data());
+}
+
+void set_number(const Program& program, const char* name, double value) {
+  glUniform1f(glGetUniformLocation(program.get(), name), static_cast<float>(value));
+}
+
+void set_integer(const Program& program, const char* name, int value) {
+  glUniform1i(glGetUniformLocation(program.get(), name), value);
+}
+
+Texture make_target(GLint internal, GLenum format, GLenum type, int width, int height) {
+  Texture texture;
+  glGenTextures(1, texture.put());
+  glBindTexture(GL_TEXTURE_2D, texture.get());
+  glTexImage2D(GL_TEXTURE_2D, 0, internal, width, height, 0, format, type, nullptr);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+  return texture;
+}
+
+namespace {
+
+void upload(Buffer& buffer, const std::vector<float>& values, GLuint location) {
+  glGenBuffers(1, buffer.put());
+  glBindBuffer(GL_ARRAY_BUFFER, buffer.get());
+  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(values.size() * sizeof(float)),
+               values.data(), GL_STATIC_DRAW);
+  glVertexAttribPointer(location, 3, GL_FLOAT, GL_FALSE, 0, nullptr);
+  glEnableVertexAttribArray(location);
+}
+
+}  // namespace
+
+DrawableMesh::DrawableMesh(const ShadingMesh& mesh)
+    : count_(static_cast<GLsizei>(mesh.indices.size())) {
+  glGenVertexArrays(1, array_.put());
+  glBindVertexArray(array_.get());
+  upload(positions_, mesh.positions, 0);
+  upload(normals_, mesh.normals, 1);
+  glGenBuffers(1, indices_.put());
+  glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, indices_.get());
+  glBufferData(GL_ELEMENT_ARRAY_BUFFER,
+               static_cast<GLsizeiptr>(mesh.indices.size() * sizeof(std::uint32_t)),
+               mesh.indices.data(), GL_STATIC_DRAW);
+}
+
+void DrawableMesh::draw() const {
+  glBindVertexArray(array_.get());
+  glDrawElements(GL_TRIANGLES, count_, GL_UNSIGNED_INT, nullptr);
+}
+
+ShadowMap::ShadowMap(int side)
+    : side_(side),
+      texture_(make_target(GL_DEPTH_COMPONENT32F, GL_DEPTH_COMPONENT, GL_FLOAT, side, side)) {
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_COMPARE_FUNC, GL_LEQUAL);
+  glGenFramebuffers(1, target_.put());
+  glBindFramebuffer(GL_FRAMEBUFFER, target_.get());
+  glFramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, texture_.get(), 0);
+  glDrawBuffer(GL_NONE);
+  glReadBuffer(GL_NONE);
+}
+
+void ShadowMap::begin() {
+  glBindTexture(GL_TEXTURE_2D, 0);
+  glBindFramebuffer(GL_FRAMEBUFFER, target_.get());
+  glViewport(0, 0, side_, side_);
+  glEnable(GL_DEPTH_TEST);
+  glClear(GL_DEPTH_BUFFER_BIT);
+}
+
+std::uint8_t srgb(double linear) {
+  const double x = std::clamp(linear, 0.0, 1.0);
+  const double encoded = x <= 0.0031308 ? 12.92 * x : 1.055 * std::pow(x, 1 / 2.4) - 0.055;
+  return static_cast<std::uint8_t>(std::lround(255 * encoded));
+}
+
+core::Image read_picture(int width, int height, int samples) {
+  const int fine_width = samples * width;
+  std::vector<float> rows(static_cast<std::size_t>(fine_width) * static_cast<std::size_t>(samples) *
+                          4);
+  core::Image image;
+  image.width = width;
+  image.height = height;
+  image.channels = 3;
+  image.pixels.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * 3);
+  auto* pixel = image.pixels.data();
+  for (int row = 0; row < height; ++row) {
+    glReadPixels(0, samples * (height - 1 - row), fine_width, samples, GL_RGBA, GL_FLOAT,
+                 rows.data());
+    for (int column = 0; column < width; ++column) {
+      for (int channel = 0; channel < 3; ++channel) {
+        double sum = 0;
+        for (int j = 0; j < samples; ++j) {
+          for (int i = 0; i < samples; ++i) {
+            sum += rows[static_cast<std::size_t>((j * fine_width + samples * column + i) * 4 +
+                                                 channel)];
+          }
+        }
+        *pixel++ = srgb(sum / (samples * samples));
+      }
+    }
+  }
+  return image;
+}
+
+}  // namespace carillon::render

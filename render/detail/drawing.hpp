@@ -1,0 +1,57 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <string>
+
+#include "core/image.hpp"
+#include "render/detail/offscreen.hpp"
+#include "render/shading_mesh.hpp"
+
+namespace carillon::render {
+
+/// Uniforms of the program in use.
+void set_matrix(const Program& program, const char* name, const Eigen::Matrix4d& matrix);
+void set_vector(const Program& program, const std::string& name, const Vec3& value);
+void set_number(const Program& program, const char* name, double value);
+void set_integer(const Program& program, const char* name, int value);
+
+/// Texture of one level without filtering, where something is drawn to.
+Texture make_target(GLint internal, GLenum format, GLenum type, int width, int height);
+
+/// A mesh's buffers on the side of OpenGL.
+class DrawableMesh {
+ public:
+  explicit DrawableMesh(const ShadingMesh& mesh);
+  void draw() const;
+
+ private:
+  GLsizei count_;
+  VertexArray array_;
+  Buffer positions_;
+  Buffer normals_;
+  Buffer indices_;
+};
+
+/// Depth seen from a light, read with comparison.
+class ShadowMap {
+ public:
+  explicit ShadowMap(int side);
+  /// What is drawn next goes into it, with nothing there before.
+  void begin();
+  GLuint texture() const { return texture_.get(); }
+
+ private:
+  int side_;
+  Texture texture_;
+  Framebuffer target_;
+};
+
+/// 0 to 1 of linear light as sRGB's byte.
+std::uint8_t srgb(double linear);
+
+/// Means over each pixel's samples x samples in linear light, then sRGB, of the framebuffer's
+/// chosen colours; rows from top to bottom.
+core::Image read_picture(int width, int height, int samples);
+
+}  // namespace carillon::render

@@ -1,0 +1,80 @@
+#include "render/detail/scene_checks.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "core/error.hpp"
+
+namespace carillon::render {
+namespace {
+
+void check(const SceneCamera& camera) {
+  check_picture(camera.width, camera.height, camera.field_of_view);
+  if (camera.samples != 1 && camera.samples != 3 && camera.samples != 5) {
+    throw core::InputError(
+        fmt::format("camera: 1, 3 or 5 samples per pixel and direction, not {}", camera.samples));
+  }
+  const Vec3 way = camera.target - camera.eye;
+  if (!way.allFinite() || !(way.norm() > 0)) {
+    throw core::InputError("camera: eye and target must be finite and apart");
+  }
+  if (!camera.up.allFinite() || !(way.normalized().cross(camera.up.normalized()).norm() > 1e-6)) {
+    throw core::InputError("camera: up must not point along the line of sight",
+                           "looking straight down, the y axis may be up");
+  }
+}
+
+void check(const std::optional<Vec3>& color) {
+  if (color) render::check(Appearance{*color, 0, 0});
+}
+
+void check(const maps::TexturedFace& face) {
+  if (face.map == nullptr) throw core::InputError("a textured face has no map");
+  const bool frame = std::abs(face.u.norm() - 1) < 1e-6 && std::abs(face.v.norm() - 1) < 1e-6 &&
+                     std::abs(face.u.dot(face.v)) < 1e-6 && face.origin.allFinite();
+  if (!frame || !(face.size.array() > 0).all() || !face.size.allFinite()) {
+    throw core::InputError(
+        fmt::format("map {}: its face needs unit vectors u and v at right angles, and an extent",
+                    face.map->name));
+  }
+}
+
+}  // namespace
+
+void check(const Scene& scene) {
+  check(scene.camera);
+  if (!scene.light.allFinite() || !(scene.light.norm() > 0)) {
+    throw core::InputError("light: a direction must be finite and not zero");
+  }
+  if (scene.bodies.size() > 255) {
+    throw core::InputError(
+        fmt::format("a scene of {} bodies: masks can tell 255 apart", scene.bodies.size()));
+  }
+  for (const SceneBody& body : scene.bodies) {
+    render::check(body.appearance);
+    check(body.deep_color);
+    if (body.texture) check(*body.texture);
+  }
+  if (!scene.ground) return;
+  render::check(scene.ground->appearance);
+  check(scene.ground->deep_color);
+  if (!(scene.ground->reach > 0) || !std::isfinite(scene.ground->reach) ||
+      !scene.ground->middle.allFinite()) {
+    throw core::InputError("ground: its reach must be positive and its middle finite");
+  }
+}
+
+void check_poses(std::span<const ScenePose> poses, std::size_t bodies) {
+  if (poses.size() != bodies) {
+    throw core::InputError(fmt::format("{} poses for {} bodies", poses.size(), bodies));
+  }
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    if (!poses[i].origin.allFinite() || !poses[i].turn.coeffs().allFinite() ||
+        !(poses[i].turn.norm() > 0)) {
+      throw core::InputError(fmt::format("the pose of body {} is not finite", i + 1));
+    }
+  }
+}
+
+}  // namespace carillon::render

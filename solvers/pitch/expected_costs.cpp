@@ -1,0 +1,94 @@
+#include "solvers/pitch/expected_costs.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "solvers/elements/lagrange.hpp"
+#include "solvers/mesh/sizing.hpp"
+
+namespace carillon::solvers::pitch {
+
+namespace {
+
+/// [byte] of K and M.
+double matrix_bytes(const MeshSize& mesh) {
+  return 12 * 3 * mesh.unknowns() * (20 + 25 * mesh.order);
+}
+
+/// [byte] of judging the modes by elements of the next order: its element matrices, fields of as
+/// many modes as are judged at a time, and local solves, or, where elements are wide against a thin
+/// wall, a factor of that order (solvers/eigen/pitch_error.hpp). Every rank of a group has whole
+/// fields.
+double judging_bytes(const MeshSize& mesh, double modes, int ranks) {
+  constexpr double wide = 3.5, max_at_once = 128, fields_each = 9;
+  const MeshSize finer = resized(mesh, mesh.order + 1, 1);
+  const double nodes = elements::nodes_per_tetrahedron(finer.order);
+  const double kept = 80 * nodes * nodes * mesh.elements;
+  const double fields = ranks * fields_each * 8 * finer.unknowns() * std::min(modes, max_at_once);
+  const double local = 4 * 9 * nodes * nodes * mesh.elements;
+  const bool factored = mesh.element_size > wide * mesh.thickness;
+  return 1.15 * (kept + fields) +
+         (factored ? 1.3 * factor_memory(finer) + matrix_bytes(finer) : local);
+}
+
+}  // namespace
+
+// Cells of a wall, or of a solid, are each cut into six tetrahedra.
+MeshSize expected_mesh(const mesh::ShapeExtent& body, const mesh::MeshOptions& options,
+                       std::optional<double> curve_cells) {
+  const double midsurface = body.volume / body.thickness;
+  const double cell = std::max(mesh::wanted_cell(options, body.thickness), 1e-6 * body.thickness);
+  const double layers = mesh::layers_through(body.thickness, cell, options);
+  double columns = std::max(1.0, midsurface / (cell * cell));
+  if (options.element_size > 0) {
+    columns += curve_cells.value_or(0);
+  } else {
+    // Bodies from files take a few times as many.
+    const mesh::SizeBudget budget = mesh::size_budget(options.order);
+    const double fewest = static_cast<double>(budget.min) * (curve_cells ? 1 : 2);
+    const double largest = static_cast<double>(budget.max) * (curve_cells ? 1 : 3);
+    columns *= std::clamp(6 * columns * layers, fewest, largest) / (6 * columns * layers);
+  }
+  columns = std::min(columns, static_cast<double>(options.max_elements) / (6 * layers));
+  MeshSize mesh;
+  mesh.order = options.order;
+  mesh.element_size = std::sqrt(2 * midsurface / columns);
+  mesh.thickness = body.thickness;
+  mesh.elements = 6 * columns * layers;
+  mesh.vertices = columns * (layers + 1);
+  mesh.faces = 2 * mesh.elements + 2 * columns;
+  mesh.edges = std::max(0.0, mesh.vertices + mesh.faces - mesh.elements - 1);
+  return mesh;
+}
+
+MeshSize expected_mesh_of_file(double bytes, const mesh::ShapeExtent& body, int order) {
+  MeshSize mesh;
+  mesh.order = order;
+  mesh.thickness = body.thickness;
+  mesh.elements = std::max(10.0, bytes / 40);
+  mesh.vertices = mesh.elements / 4;
+  mesh.faces = 2.2 * mesh.elements;
+  mesh.edges = mesh.vertices + mesh.faces - mesh.elements;
+  mesh.element_size = 2 * std::cbrt(6 * body.volume / mesh.elements);
+  return mesh;
+}
+
+double solve_seconds(const MeshSize& mesh, const ExpectedSets& sets) {
+  const double solve = 5e-6 * std::pow(mesh.unknowns(), 1.3) * std::pow(mesh.layers(), 0.35) *
+                       (sets.modes + 40) / 56;
+  // Sets from a basis cost a tenth of a solve.
+  return 0.12 + 2e-5 * mesh.elements + (sets.solves + 0.1 * (sets.sets - sets.solves)) * solve;
+}
+
+double solve_memory(const MeshSize& mesh, const ExpectedSets& sets, int ranks,
+                    double memory_limit) {
+  constexpr double libraries = 6e7;  // that the first solve wakes
+  const double n = mesh.unknowns();
+  const double solving = 1.3 * factor_memory(mesh) + 8 * n * (5 * sets.modes + 80);
+  const double others = 12 * n * sets.modes * (sets.sets - 1);
+  const double all =
+      matrix_bytes(mesh) + std::max(solving, judging_bytes(mesh, sets.modes, ranks)) + others;
+  return ranks * libraries + std::min(all, memory_limit);
+}
+
+}  // namespace carillon::solvers::pitch
