@@ -17,10 +17,6 @@ namespace carillon::cli {
 
 namespace {
 
-/// Further off its vertex, the strike is on another part of the object [fraction of the longest
-/// side].
-constexpr double off_the_mesh = 0.02;
-
 struct ImpactOptions {
   ObjectOptions object;
   std::string folder, mesh;
@@ -75,91 +71,6 @@ eval::recorded_objects::StudyOptions study_options(const ImpactOptions& options,
   return study;
 }
 
-/// Strikes on the surface that was solved, where the folder has them.
-std::vector<eval::recorded_objects::ModelStrike> model_strikes(
-    const eval::recorded_objects::ImpactFolder& folder,
-    const std::vector<eval::recorded_objects::RecordedStrike>& strikes,
-    const solvers::modes::ModeSurface& surface, std::vector<std::string>& remarks) {
-  const synth::modal::SurfaceSampler sampler(surface);
-  const double size = solvers::mesh::bounding_box(surface.nodes).longest_side();
-  std::vector<eval::recorded_objects::ModelStrike> model;
-  for (const eval::recorded_objects::RecordedStrike& strike : strikes) {
-    eval::recorded_objects::ModelStrike one;
-    one.point = sampler.nearest(folder.struck[strike.row]);
-    const synth::modal::PointFrame frame = synth::modal::frame_at(surface, one.point);
-    one.direction = -frame.normal;
-    one.listener.position = folder.listeners[strike.row];
-    const double off = (frame.position - folder.struck[strike.row]).norm();
-    if (off > off_the_mesh * size) {
-      remarks.push_back(fmt::format("vertex {} lies {:.2g} mm off the object that was solved",
-                                    strike.vertex, 1000 * off));
-    }
-    model.push_back(one);
-  }
-  return model;
-}
-
-double specific_modulus(const scene::SolvedObject& object, const std::string& mesh) {
-  if (object.materials.size() != 1) {
-    throw core::InputError(fmt::format("{} has {} regions", mesh, object.materials.size()),
-                           "an object is compared as one of one material");
-  }
-  if (object.modes.size() == 0) {
-    throw core::InputError(fmt::format("{} has no mode in its band", mesh),
-                           "raise --max-frequency, or check that the mesh is in metres");
-  }
-  const solvers::elements::Elastic& elastic = object.materials.front().elastic;
-  return elastic.youngs_modulus / elastic.density;
-}
-
-void study(const ImpactOptions& options, const eval::recorded_objects::StudyOptions& how,
-           const eval::recorded_objects::ImpactFolder& folder,
-           const std::vector<eval::recorded_objects::RecordedStrike>& rows,
-           const scene::SolvedObject& object, const Context& context) {
-  core::Trace trace = object.trace;
-  std::vector<std::string> remarks;
-  const synth::material::Material& material = object.materials.front();
-  const double modulus = specific_modulus(object, folder.mesh.string());
-  std::vector<eval::recorded_objects::ModelStrike> model =
-      model_strikes(folder, rows, object.modes.surface, remarks);
-  eval::recorded_objects::HeardObject given, fitted;
-  {
-    const core::ScopedTimer timer(trace.stages["radiation"]);
-    given = eval::recorded_objects::hear_object(object.modes, modulus, modulus, model,
-                                                how.radiation, context.cache);
-  }
-  std::vector<eval::recorded_objects::StudiedStrike> strikes;
-  {
-    const core::ScopedTimer timer(trace.stages["features"]);
-    strikes = eval::recorded_objects::study_strikes(folder, rows, how, model, given, remarks);
-  }
-  std::optional<eval::recorded_objects::StudyFit> fit;
-  if (!options.no_fit) {
-    const core::ScopedTimer timer(trace.stages["fit"]);
-    fit = eval::recorded_objects::fit_material(strikes, model, given, fitted, how, context.cache);
-  }
-  const std::vector<eval::recorded_objects::ModelVariant> variants =
-      eval::recorded_objects::compare_variants(strikes, model, given, material.damping,
-                                               fit ? &fitted : nullptr, fit ? &*fit : nullptr, how);
-  const eval::recorded_objects::ImpactReport report{.folder = folder,
-                                                    .options = how,
-                                                    .material = material,
-                                                    .strikes = strikes,
-                                                    .model = model,
-                                                    .given = given,
-                                                    .fitted = fit ? &fitted : nullptr,
-                                                    .fit = fit ? &*fit : nullptr,
-                                                    .variants = variants,
-                                                    .remarks = remarks,
-                                                    .trace = trace};
-  if (!options.output.empty()) eval::recorded_objects::write_report(options.output, report);
-  if (context.json) {
-    fmt::print("{}\n", eval::recorded_objects::to_json(report).dump(2));
-  } else {
-    eval::recorded_objects::print_report(report);
-  }
-}
-
 void run_realimpact(const ImpactOptions& options, Context& context) {
   eval::recorded_objects::StudyOptions how;
   const eval::recorded_objects::ListenerChoice choice =
@@ -177,7 +88,15 @@ void run_realimpact(const ImpactOptions& options, Context& context) {
   });
   const scene::SolvedObject solved = scene::solve_object(object, context.world, context.cache);
   settle(solved.pitch_target, context);
-  if (context.speaks()) study(options, how, *folder, rows, solved, context);
+  if (!context.speaks()) return;
+  const eval::recorded_objects::ImpactReport report = eval::recorded_objects::study_object(
+      *folder, rows, solved, how, !options.no_fit, context.cache);
+  if (!options.output.empty()) eval::recorded_objects::write_report(options.output, report);
+  if (context.json) {
+    fmt::print("{}\n", eval::recorded_objects::to_json(report).dump(2));
+  } else {
+    eval::recorded_objects::print_report(report);
+  }
 }
 
 void add_study_options(Command& command, ImpactOptions& options) {

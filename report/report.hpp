@@ -72,4 +72,22 @@ nlohmann::ordered_json read_classification(const std::filesystem::path& folder);
 /// @throws InputError  the program was built without it
 std::string report_page(const nlohmann::ordered_json& report);
 
+/// What a page is to show.
+struct PageRequest {
+  std::vector<std::string> folders;  ///< of datasets, studies and evaluations, or that hold such
+  std::size_t sounds = 12;           ///< samples to hear, of all datasets together
+  std::size_t objects = 40;          ///< objects to strike, likewise
+  nlohmann::ordered_json made;       ///< mpi::made_by()
+};
+
+struct Page {
+  std::string html;
+  std::size_t datasets = 0, studies = 0, objects = 0;  ///< that are shown
+  std::vector<std::string> notes;                      ///< what is left out, and why
+};
+
+/// One page of all that the folders hold, within some 15 MB; what cannot be read is noted.
+/// @throws FileError, InputError  as find_report_folders()
+Page make_page(const PageRequest& request);
+
 }  // namespace carillon::report

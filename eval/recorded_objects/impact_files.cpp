@@ -69,7 +69,7 @@ ModelClips model_clips(const ImpactReport& report, std::size_t strike, std::size
   clips.given =
       synthetic_recording(report.given, report.model, strike, report.material.damping, rate, count);
   for (double& sample : clips.given) sample *= report.variants.front().modes.gain;
-  if (report.fit == nullptr) return clips;
+  if (!report.fit) return clips;
   clips.fitted =
       synthetic_recording(*report.fitted, report.model, strike, report.fit->damping, rate, count);
   for (double& sample : clips.fitted) sample *= report.variants.back().modes.gain;
@@ -78,7 +78,7 @@ ModelClips model_clips(const ImpactReport& report, std::size_t strike, std::size
 
 std::string spectra_csv(const ImpactReport& report) {
   std::vector<std::string> cells = {"vertex", "row", "frequency_hz", "recorded_db", "as_given_db"};
-  if (report.fit != nullptr) cells.push_back("fitted_db");
+  if (report.fit) cells.push_back("fitted_db");
   std::string text = core::csv_line(cells);
   for (std::size_t i = 0; i < report.strikes.size(); ++i) {
     const recorded::WindowSpectrum& recorded = report.strikes[i].spectrum;
@@ -95,7 +95,7 @@ std::string spectra_csv(const ImpactReport& report) {
                std::to_string(report.strikes[i].recorded.row),
                fmt::format("{:.3f}", static_cast<double>(bin) * recorded.bin_width),
                level(recorded), level(given)};
-      if (report.fit != nullptr) cells.push_back(level(fitted));
+      if (report.fit) cells.push_back(level(fitted));
       text += core::csv_line(cells);
     }
   }
@@ -127,7 +127,7 @@ void write_clips(const std::filesystem::path& folder, const ImpactReport& report
     };
     const double rate = report.options.sample_rate;
     write_clip(path("recorded"), strike.samples, gain, rate);
-    if (report.fit != nullptr) {
+    if (report.fit) {
       write_clip(path("fitted"), made[i].fitted, gain, rate);
     } else {
       write_clip(path("as-given"), made[i].given, gain, rate);

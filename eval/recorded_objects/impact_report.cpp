@@ -156,7 +156,7 @@ json to_json(const ImpactReport& report) {
               {"remarks", report.remarks}};
   for (const ModelVariant& variant : report.variants)
     out["variants"].push_back(variant_json(variant));
-  if (report.fit != nullptr) out["fit"] = fit_json(report);
+  if (report.fit) out["fit"] = fit_json(report);
   for (std::size_t i = 0; i < report.strikes.size(); ++i) {
     out["vertices"].push_back(vertex_json(report, i));
   }

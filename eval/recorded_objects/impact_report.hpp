@@ -2,11 +2,13 @@
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/trace.hpp"
 #include "eval/recorded_objects/impact_study.hpp"
+#include "scene/solved_object.hpp"
 #include "synth/material/material.hpp"
 
 namespace carillon::eval::recorded_objects {
@@ -14,17 +16,27 @@ namespace carillon::eval::recorded_objects {
 /// All that is told of one object.
 struct ImpactReport {
   const ImpactFolder& folder;
-  const StudyOptions& options;
-  const synth::material::Material& material;  ///< as given
-  const std::vector<StudiedStrike>& strikes;
-  const std::vector<ModelStrike>& model;
-  const HeardObject& given;
-  const HeardObject* fitted = nullptr;  ///< null without a fit
-  const StudyFit* fit = nullptr;
-  const std::vector<ModelVariant>& variants;
+  StudyOptions options;
+  synth::material::Material material;  ///< as given
+  std::vector<StudiedStrike> strikes;
+  std::vector<ModelStrike> model;
+  HeardObject given;
+  std::optional<HeardObject> fitted;  ///< none without a fit
+  std::optional<StudyFit> fit;
+  std::vector<ModelVariant> variants;
   std::vector<std::string> remarks;
-  const core::Trace& trace;
+  core::Trace trace;
 };
+
+/// The recordings of an object beside its modes, and the material that they speak of.
+/// @param rows    one for each strike
+/// @param fit     whether a material is fitted
+/// @param cache   folder of what is dear to compute; empty: none
+/// @return refers to `folder`
+/// @throws InputError  several materials, no mode in the band, no recording that says anything
+ImpactReport study_object(const ImpactFolder& folder, const std::vector<RecordedStrike>& rows,
+                          const scene::SolvedObject& object, const StudyOptions& options, bool fit,
+                          const std::filesystem::path& cache);
 
 /// Levels of the pairs that have one, against the recorded modes [dB].
 std::vector<double> levels_of(const perception::ModeComparison& modes);

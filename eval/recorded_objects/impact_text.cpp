@@ -136,9 +136,9 @@ void print_report(const ImpactReport& report) {
   print_peaks(report);
   print_modes(report);
   print_vertices(report);
-  if (report.fit != nullptr) print_fit(report);
+  if (report.fit) print_fit(report);
   for (const std::string& remark : report.remarks) fmt::print("- {}\n", remark);
-  if (report.fit != nullptr) {
+  if (report.fit) {
     for (const std::string& remark : report.fit->remarks) fmt::print("- {}\n", remark);
   }
   for (const auto& [stage, entry] : report.trace.stages) {
