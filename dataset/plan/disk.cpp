@@ -11,7 +11,7 @@ double simulation_bytes(const configuration::BuildConfig& config) {
   constexpr double pose = 7 * 8, strike = 15 * 8, tick = 9 * 8;
   double bytes = pose * seconds * motion.state_rate * static_cast<double>(motion.bodies.size() + 1);
   bytes += strike * motion.kept_strikes;
-  if (motion.stylus) bytes += tick * seconds / motion.options.step;
+  if (motion.stylus) bytes += tick * seconds / motion.options.time_step;
   if (motion.camera) {
     const int values = 3 + (motion.camera->depth ? 4 : 0) + (motion.camera->masks ? 1 : 0);
     bytes += motion.camera->pixels(seconds) * values;

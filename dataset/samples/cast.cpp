@@ -189,7 +189,7 @@ synth::motion::MovingBody make_ground(const configuration::BuildConfig& config,
       synth::material::parse_material(ground.material, config.own_materials).elastic;
   body.youngs_modulus = elastic.youngs_modulus;
   body.poisson_ratio = elastic.poisson_ratio;
-  const double half = ground.size / 2;
+  const double half = ground.side / 2;
   const solvers::mesh::Box box{{-half, -half, -ground_depth}, {half, half, 0}};
   std::vector<Vec3> corners;
   for (int k = 0; k < 8; ++k) {

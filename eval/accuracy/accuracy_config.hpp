@@ -14,7 +14,7 @@ namespace carillon::eval::accuracy {
 /// A made-up scan: the surface of a generated shape with noise on it.
 struct StandIn {
   solvers::mesh::GeneratedShape shape;
-  double noise = 0;  ///< standard deviation along the normal [m]
+  double deviation = 0;  ///< standard deviation along the normal [m]
 };
 
 /// One object of the study.

@@ -248,7 +248,7 @@ GroundConfig read_ground(ConfigNode node, const std::string& file_name,
   ground.material = node.text("material", "wood");
   at_key(node, "material",
          [&] { return synth::material::parse_material(ground.material, own_materials); });
-  ground.size = node.positive("side", Dimension::length, ground.size);
+  ground.side = node.positive("side", Dimension::length, ground.side);
   ground.surface = read_surface(node);
   ground.texture = read_texture(node, file_name, false);
   return ground;
@@ -261,8 +261,8 @@ MotionConfig read_motion(ConfigNode node, const std::string& file_name,
                          const std::vector<synth::material::Material>& own_materials) {
   MotionConfig motion;
   motion.simulations = static_cast<int>(node.integer("simulations", 1, 1000000, 1));
-  motion.options.step = node.quantity("time_step", Dimension::time, 0.001);
-  if (!(motion.options.step >= 1e-5 && motion.options.step <= 0.02)) {
+  motion.options.time_step = node.quantity("time_step", Dimension::time, 0.001);
+  if (!(motion.options.time_step >= 1e-5 && motion.options.time_step <= 0.02)) {
     node.fail("time_step", "must lie between 10 us and 20 ms");
   }
   const std::vector<double> gravity =
@@ -271,7 +271,7 @@ MotionConfig read_motion(ConfigNode node, const std::string& file_name,
   motion.options.min_speed = node.not_negative("min_speed", Dimension::speed, 0.01);
   motion.options.world_radius = node.positive("world_radius", Dimension::length, 50);
   motion.state_rate = node.quantity("state_rate", Dimension::frequency, 100);
-  if (!(motion.state_rate > 0 && motion.state_rate * motion.options.step <= 1 + 1e-9)) {
+  if (!(motion.state_rate > 0 && motion.state_rate * motion.options.time_step <= 1 + 1e-9)) {
     node.fail("state_rate", "must be positive and at most one state a step");
   }
   motion.kept_strikes = static_cast<int>(node.integer("kept_strikes", 1, 100000, 256));

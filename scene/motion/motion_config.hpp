@@ -56,7 +56,7 @@ struct CastString {
 /// A flat floor at z = 0 that makes no sound.
 struct GroundConfig {
   std::string material;
-  double size = 10;  ///< side [m]
+  double side = 10;  ///< [m]
   SurfaceConfig surface;
   std::optional<TextureConfig> texture;
 };

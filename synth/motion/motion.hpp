@@ -62,7 +62,7 @@ inline constexpr int max_substep_count = 64;
 
 struct MotionOptions {
   double seconds = 1;
-  double step = 1e-3;  ///< [s]
+  double time_step = 1e-3;  ///< [s]
   Vec3 gravity = {0, 0, -9.80665};
   double min_speed = 0.01;     ///< of approach that counts as a strike [m/s]
   double world_radius = 50;    ///< bodies farther than this from the origin have left [m]

@@ -56,9 +56,9 @@ void check(std::span<const MotionString> strings, std::span<const MovingBody> bo
 }
 
 void check(const MotionOptions& options) {
-  if (!(options.step > 0) || !(options.seconds > 0) || !std::isfinite(options.seconds)) {
+  if (!(options.time_step > 0) || !(options.seconds > 0) || !std::isfinite(options.seconds)) {
     throw core::InputError(
-        fmt::format("motion of {} s by steps of {} s", options.seconds, options.step),
+        fmt::format("motion of {} s by steps of {} s", options.seconds, options.time_step),
         "both must be positive");
   }
   if (!options.gravity.allFinite()) throw core::InputError("gravity must be finite");
@@ -90,11 +90,12 @@ Motion simulate_motion(std::span<const MovingBody> bodies, std::span<const Motio
   BulletWorld world(bodies, strings, options);
   ContactTracker tracker(bodies, options);
   Motion motion;
-  motion.overlaps = world.overlaps(options.step);
-  world.settle(options.step);
-  motion.step = options.step;
+  motion.overlaps = world.overlaps(options.time_step);
+  world.settle(options.time_step);
+  motion.step = options.time_step;
   motion.left.assign(bodies.size(), std::numeric_limits<double>::infinity());
-  const auto count = static_cast<std::size_t>(std::ceil(options.seconds / options.step - 1e-9));
+  const auto count =
+      static_cast<std::size_t>(std::ceil(options.seconds / options.time_step - 1e-9));
   std::vector<BodyState> states;
   for (const MovingBody& body : bodies) {
     states.push_back(body.start);
@@ -107,17 +108,18 @@ Motion simulate_motion(std::span<const MovingBody> bodies, std::span<const Motio
   record();
   for (std::size_t k = 0; k < count; ++k) {
     for (std::size_t b = 0; b < bodies.size(); ++b) {
-      if (bodies[b].release > 0 && bodies[b].release <= static_cast<double>(k) * options.step) {
+      if (bodies[b].release > 0 &&
+          bodies[b].release <= static_cast<double>(k) * options.time_step) {
         world.release(b);
       }
     }
-    const int wanted = world.parts(options.step);
+    const int wanted = world.parts(options.time_step);
     const int parts = std::min(wanted, max_substep_count);
     if (wanted > max_substep_count && !motion.too_fast) {
-      motion.too_fast = static_cast<double>(k) * options.step;
+      motion.too_fast = static_cast<double>(k) * options.time_step;
     }
     motion.max_substeps = std::max(motion.max_substeps, parts);
-    const double part = options.step / parts;
+    const double part = options.time_step / parts;
     std::vector<double> tensions(strings.size(), 0);
     for (int p = 0; p < parts; ++p) {
       world.step(part);
@@ -126,11 +128,12 @@ Motion simulate_motion(std::span<const MovingBody> bodies, std::span<const Motio
         states[b] = world.state(b);
         if (!finite(states[b])) {
           throw core::Error(fmt::format("{}: its motion is not finite at {:.4f} s", bodies[b].name,
-                                        static_cast<double>(k) * options.step),
+                                        static_cast<double>(k) * options.time_step),
                             "a shorter motion.time_step may help");
         }
       }
-      tracker.add(world.contacts(), static_cast<double>(k) * options.step + p * part, part, states);
+      tracker.add(world.contacts(), static_cast<double>(k) * options.time_step + p * part, part,
+                  states);
       const std::vector<double> pulls = world.tensions();
       for (std::size_t s = 0; s < pulls.size(); ++s) tensions[s] += pulls[s] / parts;
     }
@@ -138,7 +141,7 @@ Motion simulate_motion(std::span<const MovingBody> bodies, std::span<const Motio
       if (bodies[b].fixed || std::isfinite(motion.left[b])) continue;
       if (states[b].pose.origin.norm() <= options.world_radius) continue;
       world.take_out(b);
-      motion.left[b] = (static_cast<double>(k) + 1) * options.step;
+      motion.left[b] = (static_cast<double>(k) + 1) * options.time_step;
       states[b].velocity = states[b].spin = Vec3::Zero();
     }
     tracker.end_step(k);

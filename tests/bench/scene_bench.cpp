@@ -96,7 +96,7 @@ double seconds_a_step(const render::maps::TexturedFace& face) {
   bodies[1].start.velocity = {0.4, 0.02, 0};
   synth::motion::MotionOptions options;
   const auto seconds_of = [&](double steps) {
-    options.seconds = steps * options.step;
+    options.seconds = steps * options.time_step;
     return min_seconds(5, [&](int) { synth::motion::simulate_motion(bodies, {}, options); });
   };
   // What is prepared once is not a step's.

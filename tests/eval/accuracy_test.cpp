@@ -67,7 +67,7 @@ TEST(AccuracyConfig, AnObjectHasItsOwnWords) {
   EXPECT_EQ(scan.orders, (std::vector<int>{2, 3}));
   ASSERT_TRUE(scan.stand_in);
   EXPECT_EQ(scan.stand_in->shape.family, "cup");
-  EXPECT_EQ(scan.stand_in->noise, 1e-4);
+  EXPECT_EQ(scan.stand_in->deviation, 1e-4);
 }
 
 TEST(AccuracyConfig, AnObjectIsReadAsInABuild) {

@@ -131,7 +131,7 @@ TEST(MotionHard, FastAndThinDoesNotPassThrough) {
     bodies[1].start.velocity = {0, 0, -speed};
     set_surfaces(bodies, 0.3, 0.5);
     motion::MotionOptions options = lasting(0.2);
-    options.step = step;
+    options.time_step = step;
     return motion::simulate_motion(bodies, {}, options);
   };
   // Where the step cannot be cut finely enough it is said, with the time; a shorter step helps.
@@ -346,7 +346,7 @@ TEST(MotionHard, WhatCannotMoveIsRefused) {
   body.hulls = {{Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(1, 1, 0)}};
   EXPECT_NE(message({body}).find("no volume"), std::string::npos);
   motion::MotionOptions options;
-  options.step = 0;
+  options.time_step = 0;
   EXPECT_NE(message({box_body({0.1, 0.1, 0.1})}, options).find("step"), std::string::npos);
 }
 

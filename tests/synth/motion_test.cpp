@@ -22,7 +22,7 @@ TEST(Motion, FreeFallIsThatOfGalileo) {
     const double t = 1e-3 * static_cast<double>(k);
     // Half a step early, as the integrator is of first order.
     EXPECT_NEAR(motion.states[k][0].pose.origin.z(), 10 - gravity * t * t / 2,
-                0.51 * gravity * t * options.step);
+                0.51 * gravity * t * options.time_step);
   }
   EXPECT_TRUE(motion.impacts.empty());
   EXPECT_TRUE(motion.contacts.empty());
@@ -54,12 +54,12 @@ TEST(Motion, ABouncingBallLosesWhatRestitutionTakes) {
     ASSERT_GE(motion.impacts.size(), 2u) << e;
     const double speed = std::sqrt(2 * gravity * 0.5);
     const motion::Impact& first = motion.impacts[0];
-    EXPECT_NEAR(first.time, speed / gravity, 0.6 * options.step);
+    EXPECT_NEAR(first.time, speed / gravity, 0.6 * options.time_step);
     EXPECT_NEAR(first.speed, speed, 1e-3 * speed);
     EXPECT_NEAR(first.impulse.norm(), bodies[1].rigid.mass * speed * (1 + e), 2e-3 * speed);
     EXPECT_NEAR(first.impulse.normalized().z(), -1, 1e-9);  // on the first body, the floor
     const motion::Impact& second = motion.impacts[1];
-    EXPECT_NEAR(second.time - first.time, 2 * e * speed / gravity, 2 * options.step) << e;
+    EXPECT_NEAR(second.time - first.time, 2 * e * speed / gravity, 2 * options.time_step) << e;
     EXPECT_NEAR(second.speed, e * speed, 5e-3 * speed) << e;
   }
 }
@@ -175,7 +175,8 @@ TEST(Motion, APendulumOnAStringKeepsTime) {
   for (std::size_t k = 1; k < motion.states.size(); ++k) {
     const double a = motion.states[k - 1][0].pose.origin.x(),
                  b = motion.states[k][0].pose.origin.x();
-    if (a > 0 && b <= 0) crossings.push_back(options.step * (static_cast<double>(k) - b / (b - a)));
+    if (a > 0 && b <= 0)
+      crossings.push_back(options.time_step * (static_cast<double>(k) - b / (b - a)));
   }
   ASSERT_GE(crossings.size(), 3u);
   const double period =

@@ -30,7 +30,7 @@ constexpr double seconds_per_scene_pixel = 1.5e-6;   ///< of a moving scene's fr
 double motion_seconds(const BuildConfig& config, std::string_view effect) {
   const scene::motion::MotionConfig& motion = *config.motion;
   const scene::AudioConfig& audio = config.scene.audio;
-  const double steps = audio.seconds / motion.options.step;
+  const double steps = audio.seconds / motion.options.time_step;
   const auto bodies = static_cast<double>(motion.bodies.size());
   if (effect == "motion") return seconds_per_body_step * bodies * steps;
   if (effect == "lasting_contacts") {

@@ -34,7 +34,7 @@ render::Scene picture_of(const SimulationStage& stage, const scene::motion::Moti
   scene.camera = motion.camera->view;
   if (motion.ground) {
     render::SceneGround ground;
-    ground.reach = motion.ground->size / 2;
+    ground.reach = motion.ground->side / 2;
     if (motion.ground->texture) {
       ground.map = stage.moving.front().texture->map;
       ground.appearance = look_of(*motion.ground->texture).value_or(ground.appearance);

@@ -34,7 +34,7 @@ void write_stand_in(const StandIn& stand_in, const std::filesystem::path& file,
   for (std::size_t n = 0; n < mesh.nodes.size(); ++n) {
     if (!used[n]) continue;
     number[n] = count++;
-    const Vec3 p = mesh.nodes[n] + stand_in.noise * random.normal() * normals[n].normalized();
+    const Vec3 p = mesh.nodes[n] + stand_in.deviation * random.normal() * normals[n].normalized();
     vertices += fmt::format("{:.9g} {:.9g} {:.9g}\n", p.x(), p.y(), p.z());
   }
   std::string text = fmt::format("OFF\n{} {} 0\n{}", count, mesh.faces.size() / 3, vertices);

@@ -77,7 +77,7 @@ struct BulletWorld::Impl {
         unit(median_reach(all)),
         gravity(options.gravity),
         out(all.size(), false),
-        near(nearness * gravity.norm() * options.step * options.step) {
+        near(nearness * gravity.norm() * options.time_step * options.time_step) {
     btContactSolverInfo& info = world.getSolverInfo();
     info.m_numIterations = iterations;
     info.m_splitImpulse = 1;

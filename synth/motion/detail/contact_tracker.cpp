@@ -144,9 +144,9 @@ void ContactTracker::close(Track& track) {
 }
 
 void ContactTracker::end_step(std::size_t step) {
-  const double now = (static_cast<double>(step) + 1) * options_.step;
+  const double now = (static_cast<double>(step) + 1) * options_.time_step;
   const auto over = [&](Track& track) {
-    if (now - track.last <= longest_gap * options_.step * (1 + 1e-9)) return false;
+    if (now - track.last <= longest_gap * options_.time_step * (1 + 1e-9)) return false;
     close(track);
     return true;
   };
@@ -163,7 +163,7 @@ void ContactTracker::end_step(std::size_t step) {
 void ContactTracker::end_step(Track& track, std::size_t step) const {
   std::vector<ContactStep>& steps = track.contact.steps;
   if (steps.empty()) track.contact.first_step = step;
-  track.now.force /= options_.step;
+  track.now.force /= options_.time_step;
   // Moments without a push in between: nothing pushes, and the places go on in a straight line.
   const std::size_t missing = step - track.contact.first_step - steps.size();
   for (std::size_t k = 1; k <= missing; ++k) {
