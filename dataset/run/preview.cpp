@@ -13,6 +13,7 @@
 #include "core/numbers.hpp"
 #include "dataset/samples/simulation_rows.hpp"
 #include "mpi/comm.hpp"
+#include "mpi/exit_code.hpp"
 #include "mpi/running_task.hpp"
 #include "scene/chain.hpp"
 #include "scene/columns.hpp"
