@@ -31,7 +31,7 @@ endmacro()
 carillon_package(carillon
 "datasets of struck objects: modes, sounds and pictures
 Turns shapes, materials and scenes into labelled datasets of struck objects:
-the modes of each body by finite elements, the sounds of strikes on it, its
+the modes of each object by finite elements, the sounds of strikes on it, its
 voxels and its picture, in HDF5, on one core or on many MPI ranks.")
 set(CPACK_DEBIAN_CARILLON_PACKAGE_SECTION science)
 # The launcher of its ranks, and a BLAS of one thread a rank.
