@@ -65,7 +65,7 @@ struct RecognitionTrial {
   /// `left_out`: the source's samples of labels that the task leaves out, where there are; `white`,
   /// `pink`, `brown`, `hum` and `babble`: noises, the last of which is speech-like. Of those, brown
   /// and babble are never learnt from.
-  std::map<std::string, Unknown> unknown;
+  std::map<std::string, Unknown> unknown = {};
 };
 
 /// @param test         logits of the test samples
