@@ -8,7 +8,7 @@
 namespace carillon::solvers::elements {
 namespace {
 
-TetrahedronRule make_rule(int points) {
+TetrahedronRule make_tetrahedron_rule(int points) {
   std::array<Eigen::VectorXd, 3> x, w;
   for (int power = 0; power < 3; ++power) {
     const auto p = static_cast<std::size_t>(power);
@@ -28,6 +28,31 @@ TetrahedronRule make_rule(int points) {
     }
   }
   return rule;
+}
+
+TriangleRule make_triangle_rule(int points) {
+  Eigen::VectorXd u, u_weights, v, v_weights;
+  gauss_jacobi(points, 1, u, u_weights);
+  gauss_jacobi(points, 0, v, v_weights);
+  TriangleRule rule;
+  for (int i = 0; i < points; ++i) {
+    for (int j = 0; j < points; ++j) {
+      const double second = v[j] * (1 - u[i]);
+      rule.barycentric.emplace_back(1 - u[i] - second, u[i], second);
+      rule.weights.push_back(u_weights[i] * v_weights[j]);
+    }
+  }
+  return rule;
+}
+
+constexpr int max_points = 16;
+
+/// Rules of 1 to max_points points in each direction.
+template <class Rule>
+std::array<Rule, max_points> all_rules(Rule (*make)(int)) {
+  std::array<Rule, max_points> all;
+  for (int n = 1; n <= max_points; ++n) all[static_cast<std::size_t>(n - 1)] = make(n);
+  return all;
 }
 
 }  // namespace
@@ -53,11 +78,12 @@ void gauss_jacobi(int points, int power, Eigen::VectorXd& x, Eigen::VectorXd& we
 }
 
 const TetrahedronRule& tetrahedron_rule(int points) {
-  static const std::array<TetrahedronRule, 16> rules = [] {
-    std::array<TetrahedronRule, 16> all;
-    for (int n = 1; n <= 16; ++n) all[static_cast<std::size_t>(n - 1)] = make_rule(n);
-    return all;
-  }();
+  static const auto rules = all_rules(make_tetrahedron_rule);
+  return rules.at(static_cast<std::size_t>(points - 1));
+}
+
+const TriangleRule& triangle_rule(int points) {
+  static const auto rules = all_rules(make_triangle_rule);
   return rules.at(static_cast<std::size_t>(points - 1));
 }
 

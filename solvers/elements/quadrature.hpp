@@ -18,6 +18,14 @@ struct TetrahedronRule {
 /// @param points  1 to 16
 const TetrahedronRule& tetrahedron_rule(int points);
 
+/// The same on the reference triangle; weights sum to 1/2 (its area).
+struct TriangleRule {
+  std::vector<Eigen::Vector3d> barycentric;
+  std::vector<double> weights;
+  std::size_t size() const { return weights.size(); }
+};
+const TriangleRule& triangle_rule(int points);
+
 /// Gauss-Jacobi points in (0, 1) and weights for the weight function (1 - x)^power, by the
 /// eigenvalues of Jacobi's matrix (Golub and Welsch 1969); weights sum to 1 / (power + 1).
 void gauss_jacobi(int points, int power, Eigen::VectorXd& x, Eigen::VectorXd& weights);

@@ -16,25 +16,6 @@ namespace {
 
 constexpr int degree = 6;
 
-struct Point {
-  double a, b, weight;  ///< corner 0 + a (corner 1 - corner 0) + b (corner 2 - corner 0)
-};
-
-/// Exact for polynomials of `degree` over a triangle; weights sum to 1.
-std::vector<Point> triangle_points() {
-  constexpr int points = degree / 2 + 1;
-  Eigen::VectorXd x, x_weights, y, y_weights;
-  elements::gauss_jacobi(points, 1, x, x_weights);
-  elements::gauss_jacobi(points, 0, y, y_weights);
-  std::vector<Point> rule;
-  for (int i = 0; i < points; ++i) {
-    for (int j = 0; j < points; ++j) {
-      rule.push_back({x[i], y[j] * (1 - x[i]), 2 * x_weights[i] * y_weights[j]});
-    }
-  }
-  return rule;
-}
-
 struct Corners {
   Vec3 p, q, r;
   double area() const { return 0.5 * (q - p).cross(r - p).norm(); }
@@ -129,7 +110,7 @@ struct Moments {
 }  // namespace
 
 ShapeSignature shape_signature(const SurfaceMesh& mesh) {
-  static const std::vector<Point> rule = triangle_points();
+  const auto& rule = elements::triangle_rule(degree / 2 + 1);
   const std::vector<Corners> triangles = distinct_triangles(mesh);
   if (triangles.empty()) return {};
   const Vec3 near = triangles.front().p;
@@ -143,9 +124,10 @@ ShapeSignature shape_signature(const SurfaceMesh& mesh) {
   centre = near + centre / moments.area;
   for (const Corners& t : triangles) {
     const double area = t.area();
-    for (const Point& point : rule) {
-      moments.add(t.p + point.a * (t.q - t.p) + point.b * (t.r - t.p) - centre,
-                  area * point.weight);
+    for (std::size_t q = 0; q < rule.size(); ++q) {
+      const Eigen::Vector3d& at = rule.barycentric[q];
+      moments.add(t.p + at[1] * (t.q - t.p) + at[2] * (t.r - t.p) - centre,
+                  2 * area * rule.weights[q]);
     }
   }
   // Unit of length: by the highest moment, so that no other is above 1.

@@ -138,25 +138,18 @@ OuterHull outer_hull(const solvers::modes::ModeSurface& surface) {
   // Products of Gauss rules on the triangle (u, (1 - u) v). Positions have degree p, normals
   // 2 p - 2, so that x (x . n) has 4 p - 2.
   const int points = 2 * order;
-  Eigen::VectorXd u, u_weight, v, v_weight;
-  solvers::elements::gauss_jacobi(points, 1, u, u_weight);
-  solvers::elements::gauss_jacobi(points, 0, v, v_weight);
-  const Eigen::Index samples = u.size() * v.size();
+  const auto& rule = solvers::elements::triangle_rule(points);
+  const auto samples = static_cast<Eigen::Index>(rule.size());
   Eigen::MatrixXd values(samples, per_face);
   Eigen::MatrixXd along_first(samples, per_face);
   Eigen::MatrixXd along_second(samples, per_face);
-  Eigen::VectorXd weights(samples);
-  for (Eigen::Index i = 0, sample = 0; i < u.size(); ++i) {
-    for (Eigen::Index j = 0; j < v.size(); ++j, ++sample) {
-      const double second = (1 - u[i]) * v[j];
-      Eigen::Matrix<double, Eigen::Dynamic, 3> gradient;
-      values.row(sample) = solvers::elements::triangle_shape_functions(
-                               order, {1 - u[i] - second, u[i], second}, &gradient)
-                               .transpose();
-      along_first.row(sample) = (gradient.col(1) - gradient.col(0)).transpose();
-      along_second.row(sample) = (gradient.col(2) - gradient.col(0)).transpose();
-      weights[sample] = u_weight[i] * v_weight[j];
-    }
+  for (Eigen::Index sample = 0; sample < samples; ++sample) {
+    Eigen::Matrix<double, Eigen::Dynamic, 3> gradient;
+    values.row(sample) = solvers::elements::triangle_shape_functions(
+                             order, rule.barycentric[static_cast<std::size_t>(sample)], &gradient)
+                             .transpose();
+    along_first.row(sample) = (gradient.col(1) - gradient.col(0)).transpose();
+    along_second.row(sample) = (gradient.col(2) - gradient.col(0)).transpose();
   }
 
   OuterHull hull;
@@ -178,7 +171,7 @@ OuterHull outer_hull(const solvers::modes::ModeSurface& surface) {
       const Vec3 position = local.transpose() * values.row(sample).transpose();
       const Vec3 first = local.transpose() * along_first.row(sample).transpose();
       const Vec3 second = local.transpose() * along_second.row(sample).transpose();
-      const Vec3 area = weights[sample] * first.cross(second);
+      const Vec3 area = rule.weights[static_cast<std::size_t>(sample)] * first.cross(second);
       for (Eigen::Index a = 0; a < per_face; ++a) {
         hull.volume_weights.segment<3>(3 * nodes[static_cast<std::size_t>(a)]) +=
             values(sample, a) * area;
