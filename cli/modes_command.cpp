@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "cli/command_line.hpp"
@@ -119,6 +120,13 @@ void print_table(const scene::SolvedObject& object, const synth::damping::DecayR
                                   : fmt::format("{} elements, {} unknowns",
                                                 object.mesh.quality.elements, certificate.unknowns);
   fmt::print("{}, mass {:.4g} kg\n", size, object.modes.mass);
+  if (const auto& quality = object.mesh.quality; std::isfinite(quality.hausdorff)) {
+    fmt::print(
+        "surface kept within {:.4f} mm, area {:+.4f} %, volume {:+.4f} %; dihedral angles from "
+        "{:.0f} to {:.0f} degrees\n",
+        1e3 * quality.hausdorff, 100 * quality.area_error, 100 * quality.volume_error,
+        quality.min_dihedral_deg, quality.max_dihedral_deg);
+  }
   for (const std::string& action : object.mesh.repair.actions) fmt::print("repair: {}\n", action);
   if (object.pitch_target) print_report(*object.pitch_target);
   for (const auto& [stage, entry] : object.trace.stages) {

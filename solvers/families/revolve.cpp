@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
 
 #include "solvers/families/extrude.hpp"
 #include "solvers/mesh/sizing.hpp"
@@ -208,7 +209,7 @@ mesh::SurfaceProjection project_to_turned(const ProfilePolygon& profile) {
       const Vec2 d = chain[i + 1] - chain[i];
       segments.push_back({chain[i], d, Vec2(d.y(), -d.x()).normalized(), d.squaredNorm()});
     }
-  return [segments](const Vec3& point, const Vec3& normal) -> Vec3 {
+  const auto to_surface = [segments](const Vec3& point, const Vec3& normal) -> Vec3 {
     const double radius = point.head<2>().norm();
     const Vec2 spoke = radius > 0 ? Vec2(point.head<2>() / radius) : Vec2(1, 0);
     const Vec2 p(radius, point.z());
@@ -227,6 +228,21 @@ mesh::SurfaceProjection project_to_turned(const ProfilePolygon& profile) {
     }
     return {best.x() * spoke.x(), best.x() * spoke.y(), best.y()};
   };
+  // Lines are the circles of the profile's corners.
+  const auto to_line = [profile](const Vec3& from, const Vec3& to,
+                                 const Vec3& between) -> std::optional<Vec3> {
+    const double radius = between.head<2>().norm();
+    for (const auto& corner : profile) {
+      const double r = corner[0], z = corner[1];
+      const auto on_circle = [&, tolerance = 1e-9 * (to - from).norm()](const Vec3& p) {
+        return std::hypot(p.head<2>().norm() - r, p.z() - z) < tolerance;
+      };
+      if (radius > 0 && on_circle(from) && on_circle(to))
+        return Vec3(r / radius * between.x(), r / radius * between.y(), z);
+    }
+    return std::nullopt;
+  };
+  return {to_surface, to_line};
 }
 
 double turned_volume(const ProfilePolygon& profile) {

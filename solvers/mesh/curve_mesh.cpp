@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "solvers/elements/node_numbering.hpp"
-#include "solvers/elements/quadrature.hpp"
+#include "solvers/mesh/detail/folded_elements.hpp"
 #include "solvers/mesh/raise_order.hpp"
 
 namespace carillon::solvers::mesh {
@@ -21,25 +21,17 @@ const double sharp_angle = 40 * std::numbers::pi / 180;
 /// A node that would have to move by more of its edge's length is on the wrong track.
 constexpr double largest_move = 0.3;
 
-/// What a boundary edge sees of the straight faces beside it.
-struct BoundaryEdge {
-  std::vector<Vec3> normals;   ///< of its faces
-  std::vector<Vec3> opposite;  ///< third corners of its faces
-};
-
-std::map<NodePair, BoundaryEdge> boundary_edges(const TetMesh& mesh) {
-  std::map<NodePair, BoundaryEdge> edges;
+/// Normals of the straight faces beside each boundary edge.
+std::map<NodePair, std::vector<Vec3>> edge_normals(const TetMesh& mesh) {
+  std::map<NodePair, std::vector<Vec3>> edges;
   const auto per_face = static_cast<std::size_t>(elements::nodes_per_face(mesh.order));
   for (std::size_t f = 0; f < mesh.faces.size(); f += per_face) {
     const auto at = [&](std::size_t i) {
       return mesh.nodes[static_cast<std::size_t>(mesh.faces[f + i % 3])];
     };
     const Vec3 normal = (at(1) - at(0)).cross(at(2) - at(0)).normalized();
-    for (std::size_t i = 0; i < 3; ++i) {
-      auto& edge = edges[std::minmax(mesh.faces[f + i], mesh.faces[f + (i + 1) % 3])];
-      edge.normals.push_back(normal);
-      edge.opposite.push_back(at(i + 2));
-    }
+    for (std::size_t i = 0; i < 3; ++i)
+      edges[std::minmax(mesh.faces[f + i], mesh.faces[f + (i + 1) % 3])].push_back(normal);
   }
   return edges;
 }
@@ -49,23 +41,17 @@ Vec3 guarded(const Vec3& from, const Vec3& to, double edge_length) {
   return move.allFinite() && move.norm() <= largest_move * edge_length ? move : Vec3(Vec3::Zero());
 }
 
-/// Move of a point of the edge ab on to the true surface.
-///
-/// On a sharp edge the nearest point of the surface would lie on one of the two faces only. From
-/// a point pushed off along the bisector (outwards at a convex edge, inwards at a concave one)
-/// the nearest point is on the true edge itself: there the edge's normals fan out.
-Vec3 edge_move(const BoundaryEdge& edge, const Vec3& a, const Vec3& b, const Vec3& point,
-               const SurfaceProjection& project) {
-  if (edge.normals.size() != 2) return Vec3::Zero();
-  const Vec3 sum = edge.normals[0] + edge.normals[1];
+/// Move of a point of the edge ab on to the true surface; on a sharp edge, on to its line, as the
+/// nearest point of the surface would lie on one of the two faces only.
+Vec3 edge_move(const std::vector<Vec3>& normals, const Vec3& a, const Vec3& b, const Vec3& point,
+               const SurfaceProjection& truth) {
+  if (normals.size() != 2) return Vec3::Zero();
+  const Vec3 sum = normals[0] + normals[1];
   if (sum.norm() < 1e-6) return Vec3::Zero();  // a knife's edge has no outside
-  const Vec3 outward = sum.normalized();
   const double length = (b - a).norm();
-  const double angle = angle_between(edge.normals[0], edge.normals[1]);
-  if (angle <= sharp_angle) return guarded(point, project(point, outward), length);
-  const bool convex = (edge.opposite[1] - a).dot(edge.normals[0]) < 0;
-  const double push = convex ? 0.25 : -0.12;
-  return guarded(point, project(point + push * length * outward, outward), length);
+  if (truth.to_line && angle_between(normals[0], normals[1]) > sharp_angle)
+    if (const auto on_line = truth.to_line(a, b, point)) return guarded(point, *on_line, length);
+  return guarded(point, truth.to_surface(point, sum.normalized()), length);
 }
 
 /// Moves of the nodes that lie on boundary edges, for one edge its order-1 nodes from the lower
@@ -75,9 +61,9 @@ struct Boundary {
   std::map<std::array<std::int32_t, 3>, Vec3> face_normals;
 };
 
-Boundary project_boundary(const TetMesh& mesh, const SurfaceProjection& project) {
+Boundary project_boundary(const TetMesh& mesh, const SurfaceProjection& truth) {
   Boundary boundary;
-  const auto seen = boundary_edges(mesh);
+  const auto seen = edge_normals(mesh);
   const auto& lattice = elements::tetrahedron_lattice(mesh.order);
   for (std::size_t e = 0; e < mesh.element_count(); ++e) {
     const auto element = mesh.element(e);
@@ -99,7 +85,7 @@ Boundary project_boundary(const TetMesh& mesh, const SurfaceProjection& project)
       Vec3& move = moves[static_cast<std::size_t>(lattice[n][ends[1]] - 1)];
       if (!std::isnan(move.x())) continue;
       const auto node = [&](std::int32_t i) { return mesh.nodes[static_cast<std::size_t>(i)]; };
-      move = edge_move(edge->second, node(key.first), node(key.second), node(element[n]), project);
+      move = edge_move(edge->second, node(key.first), node(key.second), node(element[n]), truth);
     }
   }
   const auto per_face = static_cast<std::size_t>(elements::nodes_per_face(mesh.order));
@@ -117,11 +103,11 @@ Boundary project_boundary(const TetMesh& mesh, const SurfaceProjection& project)
 /// those in boundary faces projected once more from there.
 class NodeMover {
  public:
-  NodeMover(const TetMesh& base, const Boundary& boundary, const SurfaceProjection& project)
+  NodeMover(const TetMesh& base, const Boundary& boundary, const SurfaceProjection& truth)
       : base_(base),
         lattice_(elements::tetrahedron_lattice(base.order)),
         boundary_(boundary),
-        project_(project) {}
+        truth_(truth) {}
 
   /// @param n  local number of the node in element e
   Vec3 move(std::size_t e, std::size_t n) const {
@@ -196,7 +182,7 @@ class NodeMover {
     const double shortest =
         std::min({(node(face[0]) - node(face[1])).norm(), (node(face[1]) - node(face[2])).norm(),
                   (node(face[2]) - node(face[0])).norm()});
-    return guarded(from, project_(from, normal->second), shortest);
+    return guarded(from, truth_.to_surface(from, normal->second), shortest);
   }
 
   /// Product of a face's barycentrics.
@@ -210,43 +196,8 @@ class NodeMover {
   const TetMesh& base_;
   const std::vector<std::array<int, 4>>& lattice_;
   const Boundary& boundary_;
-  const SurfaceProjection& project_;
+  const SurfaceProjection& truth_;
 };
-
-/// Derivatives of the shape functions where the sign of the Jacobian is sampled: the nodes of
-/// order 4 and the points of a rule that integrates the stiffness.
-std::vector<Eigen::Matrix<double, Eigen::Dynamic, 3>> sampled_gradients(int order) {
-  std::vector<Eigen::Vector4d> points = elements::tetrahedron_rule(order + 1).barycentric;
-  for (const auto& at : elements::tetrahedron_lattice(4))
-    points.emplace_back(at[0] / 4.0, at[1] / 4.0, at[2] / 4.0, at[3] / 4.0);
-  std::vector<Eigen::Matrix<double, Eigen::Dynamic, 3>> gradients;
-  for (const auto& point : points) {
-    Eigen::Matrix<double, Eigen::Dynamic, 4> by_barycentric;
-    elements::tetrahedron_shape_functions(order, point, &by_barycentric);
-    gradients.push_back(by_barycentric.rightCols<3>().colwise() - by_barycentric.col(0));
-  }
-  return gradients;
-}
-
-/// Elements whose Jacobian falls below a twentieth of the straight element's somewhere.
-std::vector<std::size_t> folded_elements(const TetMesh& mesh) {
-  constexpr double min_fraction = 0.05;
-  const auto gradients = sampled_gradients(mesh.order);
-  std::vector<std::size_t> folded;
-  Eigen::Matrix<double, 3, Eigen::Dynamic> nodes(3, elements::nodes_per_tetrahedron(mesh.order));
-  for (std::size_t e = 0; e < mesh.element_count(); ++e) {
-    const auto element = mesh.element(e);
-    for (std::size_t n = 0; n < element.size(); ++n)
-      nodes.col(static_cast<Eigen::Index>(n)) = mesh.nodes[static_cast<std::size_t>(element[n])];
-    const double straight = six_volumes(mesh, e);
-    for (const auto& gradient : gradients)
-      if ((nodes * gradient).determinant() < min_fraction * straight) {
-        folded.push_back(e);
-        break;
-      }
-  }
-  return folded;
-}
 
 /// Leaves the boundary edges and faces of an element where they were; whether there were any.
 bool hold_back(Boundary& boundary, std::span<const std::int32_t> corners) {
@@ -269,10 +220,10 @@ struct HeldBack {
 };
 
 /// Moves the nodes of boundary edges and faces on to the true surface, and those inside along.
-HeldBack move_to_surface(TetMesh& mesh, const SurfaceProjection& project) {
+HeldBack move_to_surface(TetMesh& mesh, const SurfaceProjection& truth) {
   const TetMesh base = mesh;
-  Boundary boundary = project_boundary(base, project);
-  const NodeMover mover(base, boundary, project);
+  Boundary boundary = project_boundary(base, truth);
+  const NodeMover mover(base, boundary, truth);
   const auto per_element = static_cast<std::size_t>(elements::nodes_per_tetrahedron(mesh.order));
   std::vector<bool> was_folded(mesh.element_count(), false);
   HeldBack out;
@@ -316,14 +267,14 @@ TetMesh straight_elements(const TetMesh& linear, int order) {
 
 }  // namespace
 
-TetMesh curve_mesh(const TetMesh& linear, int order, const SurfaceProjection& project,
+TetMesh curve_mesh(const TetMesh& linear, int order, const SurfaceProjection& truth,
                    std::int64_t& straightened) {
   straightened = 0;
   TetMesh mesh = straight_elements(linear, order);
-  if (!project) return mesh;
-  if (order > 1) straightened = move_to_surface(mesh, project).elements;
+  if (!truth.to_surface) return mesh;
+  if (order > 1) straightened = move_to_surface(mesh, truth).elements;
   TetMesh finer = raise_order(mesh, order + 1);
-  mesh.finer_gaps = move_to_surface(finer, project).gaps;
+  mesh.finer_gaps = move_to_surface(finer, truth).gaps;
   mesh.finer_nodes = std::move(finer.nodes);
   return mesh;
 }

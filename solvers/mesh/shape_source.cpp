@@ -93,6 +93,9 @@ void visit_fields(D& d, Visit visit) {
     visit("median_radius_ratio", d.median_radius_ratio);
     visit("volume", d.volume);
     visit("straightened", d.straightened);
+    visit("volume_error", d.volume_error);
+    visit("area_error", d.area_error);
+    visit("hausdorff", d.hausdorff);
   } else if constexpr (std::is_same_v<Plain, GeneratedShape>) {
     visit("family", d.family);
     visit("parameters", d.parameters);

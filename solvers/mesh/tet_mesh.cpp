@@ -190,7 +190,7 @@ double mean_thickness(const TetMesh& mesh) {
     const auto* corner = &mesh.faces[f * per_face];
     surface.triangles.push_back({corner[0], corner[1], corner[2]});
   }
-  return 2 * measure_quality(mesh).volume / area(surface);
+  return 2 * curved_volume(mesh) / area(surface);
 }
 
 std::vector<std::int32_t> node_components(const TetMesh& mesh) {

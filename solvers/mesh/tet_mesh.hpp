@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <string>
 #include <vector>
@@ -49,7 +50,7 @@ void drop_unused_nodes(TetMesh& mesh);
 /// TetMesh::faces.
 std::vector<std::int32_t> boundary_faces(const TetMesh& mesh);
 
-/// Shape and size of the elements, judged by their corners.
+/// Shape and size of the elements, judged by their corners, and how well they keep their body.
 struct MeshQuality {
   std::int64_t elements = 0;
   std::int64_t nodes = 0;
@@ -60,6 +61,11 @@ struct MeshQuality {
   double volume = 0;              ///< [m^3], curved elements integrated
   std::int64_t straightened = 0;  ///< elements whose curved nodes had to be pulled back to the
                                   ///< chord to keep the Jacobian positive
+  /// How far the mesh is from the surface that it was made of; not a number where there was none.
+  double volume_error = std::numeric_limits<double>::quiet_NaN();  ///< relative, with its sign
+  double area_error = std::numeric_limits<double>::quiet_NaN();    ///< relative, with its sign
+  double hausdorff = std::numeric_limits<double>::quiet_NaN();     ///< of both boundaries, by
+                                                                   ///< samples [m]
 };
 MeshQuality measure_quality(const TetMesh& mesh);
 

@@ -8,8 +8,8 @@
 #include "core/error.hpp"
 #include "family_shapes.hpp"
 #include "mesh_checks.hpp"
+#include "solvers/mesh/curve_mesh.hpp"
 #include "solvers/mesh/raise_order.hpp"
-#include "solvers/mesh/tetrahedra/mesher.hpp"
 
 namespace carillon::test {
 namespace {
@@ -97,9 +97,10 @@ solvers::mesh::TetMesh one_tetrahedron(double height) {
 /// A projection that moves points of the bottom, which looks down, along z. Others would move too
 /// far to be followed.
 solvers::mesh::SurfaceProjection lift_bottom(double (*lift)(const Vec3&)) {
-  return [lift](const Vec3& p, const Vec3& normal) -> Vec3 {
-    return normal.z() < -0.9 ? Vec3(p.x(), p.y(), p.z() + lift(p)) : p + Vec3(5, 0, 0);
-  };
+  return {[lift](const Vec3& p, const Vec3& normal) -> Vec3 {
+            return normal.z() < -0.9 ? Vec3(p.x(), p.y(), p.z() + lift(p)) : p + Vec3(5, 0, 0);
+          },
+          {}};
 }
 
 TEST(FinerNodes, AnElementThatOnlyTheNextOrderWouldFoldStaysAsItIs) {

@@ -79,12 +79,10 @@ solvers::mesh::TetMesh mesh_of(const solvers::mesh::SurfaceMesh& surface, int or
   solvers::mesh::MeshOptions options;
   options.order = order;
   options.element_size = element_size;
-  std::int64_t straightened = 0;
-  auto mesh =
-      solvers::mesh::curve_mesh(solvers::mesh::tetrahedra::tetrahedralise(surface, options), order,
-                                solvers::mesh::tetrahedra::project_to(surface), straightened);
-  EXPECT_LE(straightened, static_cast<std::int64_t>(mesh.element_count() / 20));
-  return mesh;
+  auto result = solvers::mesh::tetrahedra::tetrahedralise(surface, options);
+  EXPECT_LE(result.quality.straightened, result.quality.elements / 20);
+  EXPECT_LT(std::abs(result.quality.volume_error), 1e-6);
+  return std::move(result.mesh);
 }
 
 double volume_of(const solvers::mesh::TetMesh& mesh) {
@@ -92,8 +90,7 @@ double volume_of(const solvers::mesh::TetMesh& mesh) {
 }
 
 TEST(NodeNumbering, SharesNodesOnVerticesEdgesAndFaces) {
-  const solvers::mesh::TetMesh linear =
-      solvers::mesh::tetrahedra::tetrahedralise(box_surface({0.03, 0.02, 0.01}), {});
+  const solvers::mesh::TetMesh linear = mesh_of(box_surface({0.03, 0.02, 0.01}), 1);
   std::set<std::pair<int, int>> edges;
   std::set<std::array<int, 3>> faces;
   for (std::size_t e = 0; e < linear.element_count(); ++e) {
@@ -163,12 +160,12 @@ TEST(Tetrahedralise, ABallAndATorusFollowTheirSurface) {
     const auto round = mesh_of(ball, order);
     EXPECT_EQ(mesh_faults(round), "");
     EXPECT_EQ(boundary_euler_number(round), 2);
-    EXPECT_NEAR(volume_of(round) / solvers::mesh::signed_volume(ball), 1, 2e-3);
+    EXPECT_NEAR(volume_of(round) / solvers::mesh::signed_volume(ball), 1, 1e-6);
     EXPECT_LT(round.element_count(), 8000u);
     const auto ring = mesh_of(torus, order);
     EXPECT_EQ(mesh_faults(ring), "");
     EXPECT_EQ(boundary_euler_number(ring), 0);
-    EXPECT_NEAR(volume_of(ring) / solvers::mesh::signed_volume(torus), 1, 4e-3);
+    EXPECT_NEAR(volume_of(ring) / solvers::mesh::signed_volume(torus), 1, 1e-6);
     EXPECT_LT(ring.element_count(), 8000u);
     EXPECT_GT(solvers::mesh::measure_quality(ring).min_dihedral_deg, 4);
   }
@@ -181,7 +178,7 @@ TEST(Tetrahedralise, AThinBowlGetsOneLayerOfWideElements) {
   const auto mesh = mesh_of(bowl, 2);
   EXPECT_EQ(mesh_faults(mesh), "");
   EXPECT_EQ(boundary_euler_number(mesh), 2);
-  EXPECT_NEAR(volume_of(mesh) / solvers::mesh::signed_volume(bowl), 1, 5e-3);
+  EXPECT_NEAR(volume_of(mesh) / solvers::mesh::signed_volume(bowl), 1, 1e-6);
   EXPECT_LT(mesh.element_count(), 8000u);
   // Edges are several walls long, and hardly a corner lies inside the wall.
   EXPECT_GT(longest_edge(mesh), 3 * wall);
@@ -209,7 +206,7 @@ TEST(Tetrahedralise, ACylinderKeepsItsRims) {
   EXPECT_EQ(mesh_faults(mesh), "");
   // Both rims and faces survive: all of the area, and nodes of the rims on both neighbours.
   EXPECT_NEAR(boundary_area(mesh), 2 * pi * radius * (radius + height), 2e-3 * 0.0132);
-  EXPECT_NEAR(volume_of(mesh) / solvers::mesh::signed_volume(cylinder), 1, 1e-3);
+  EXPECT_NEAR(volume_of(mesh) / solvers::mesh::signed_volume(cylinder), 1, 1e-6);
   std::size_t on_rim = 0;
   for (std::int32_t n : boundary_nodes(mesh)) {
     const Vec3& p = mesh.nodes[static_cast<std::size_t>(n)];
@@ -227,7 +224,7 @@ TEST(Tetrahedralise, CavitiesStayEmptyAndBodiesApart) {
   EXPECT_EQ(mesh_faults(shell), "");
   EXPECT_EQ(boundary_euler_number(shell), 4);
   EXPECT_EQ(solvers::mesh::count_components(shell), 1);
-  EXPECT_NEAR(volume_of(shell) / solvers::mesh::signed_volume(hollow), 1, 5e-3);
+  EXPECT_NEAR(volume_of(shell) / solvers::mesh::signed_volume(hollow), 1, 1e-6);
 
   // Two bodies, one of them inside the other's cavity.
   const auto kernel = solvers::families::revolve(round_section(0, 0.02, 60), 0.006);
@@ -235,7 +232,7 @@ TEST(Tetrahedralise, CavitiesStayEmptyAndBodiesApart) {
   const auto bodies = mesh_of(three, 2);
   EXPECT_EQ(mesh_faults(bodies), "");
   EXPECT_EQ(solvers::mesh::count_components(bodies), 3);
-  EXPECT_NEAR(volume_of(bodies) / solvers::mesh::signed_volume(three), 1, 5e-3);
+  EXPECT_NEAR(volume_of(bodies) / solvers::mesh::signed_volume(three), 1, 1e-6);
 }
 
 TEST(Tetrahedralise, SameSurfaceSameBytes) {
@@ -247,7 +244,7 @@ TEST(Tetrahedralise, ElementSizeAndItsBound) {
   const auto box = box_surface({0.1, 0.06, 0.02});
   solvers::mesh::MeshOptions options;
   options.element_size = 0.01;
-  const auto mesh = solvers::mesh::tetrahedra::tetrahedralise(box, options);
+  const auto mesh = solvers::mesh::tetrahedra::tetrahedralise(box, options).mesh;
   EXPECT_LT(longest_edge(mesh), 1.5 * 0.01);
   EXPECT_GT(mesh.element_count(), 1000u);
   options.element_size = 0.0005;
@@ -257,7 +254,7 @@ TEST(Tetrahedralise, ElementSizeAndItsBound) {
   const auto at = message.find("element_size ");
   ASSERT_NE(at, std::string::npos) << message;
   options.element_size = std::stod(message.substr(at + 13));
-  EXPECT_LE(solvers::mesh::tetrahedra::tetrahedralise(box, options).element_count(), 5000u);
+  EXPECT_LE(solvers::mesh::tetrahedra::tetrahedralise(box, options).mesh.element_count(), 5000u);
 }
 
 TEST(Tetrahedralise, WhatIsNoBodyIsRefused) {
@@ -278,24 +275,27 @@ TEST(Elevate, StraightensWhatWouldFold) {
   one.region_names = {"body"};
   std::int64_t straightened = -1;
   // The bottom's edges are to bow up through the top.
-  const auto dented = solvers::mesh::curve_mesh(
-      one, 2,
-      [](const Vec3& p, const Vec3& normal) -> Vec3 {
-        return normal.z() < 0 ? Vec3(p.x(), p.y(), 0.2) : p;
-      },
-      straightened);
+  const auto dented =
+      solvers::mesh::curve_mesh(one, 2,
+                                {[](const Vec3& p, const Vec3& normal) -> Vec3 {
+                                   return normal.z() < 0 ? Vec3(p.x(), p.y(), 0.2) : p;
+                                 },
+                                 {}},
+                                straightened);
   EXPECT_EQ(straightened, 1);
   EXPECT_EQ(mesh_faults(dented), "");
   // A projection that strays is not followed at all.
   const auto astray = solvers::mesh::curve_mesh(
-      one, 3, [](const Vec3& p, const Vec3&) -> Vec3 { return p + Vec3(5, 0, 0); }, straightened);
+      one, 3, {[](const Vec3& p, const Vec3&) -> Vec3 { return p + Vec3(5, 0, 0); }, {}},
+      straightened);
   EXPECT_EQ(straightened, 0);
   EXPECT_NEAR(volume_of(astray), 0.1 / 6, 1e-15);
 }
 
 TEST(Elevate, ProjectionKeepsToItsSideOfAWall) {
   const auto sheet = box_surface({0.1, 0.1, 0.001});
-  const auto project = solvers::mesh::tetrahedra::project_to(sheet);
+  const solvers::mesh::tetrahedra::SurfaceSearch search(sheet);
+  const auto project = search.projection().to_surface;
   // Nearer to the underside, but the boundary there looks up.
   const Vec3 up = project({0.05, 0.05, 0.0002}, {0, 0, 1});
   EXPECT_NEAR((up - Vec3(0.05, 0.05, 0.001)).norm(), 0, 1e-15);
@@ -345,14 +345,11 @@ TEST(Tetrahedralise, ScannedAndDesignedShapes) {
         solvers::mesh::readers::read_surface(std::string(folder) + "/meshes/clean/" + name);
     const double scale = 0.12 / solvers::mesh::bounding_box(surface.vertices).longest_side();
     for (auto& v : surface.vertices) v *= scale;
-    const solvers::mesh::TetMesh linear = solvers::mesh::tetrahedra::tetrahedralise(surface, {});
-    std::int64_t straightened = 0;
-    const solvers::mesh::TetMesh mesh = solvers::mesh::curve_mesh(
-        linear, 2, solvers::mesh::tetrahedra::project_to(surface), straightened);
+    const solvers::mesh::TetMesh mesh = mesh_of(surface, 2);
     EXPECT_EQ(mesh_faults(solvers::mesh::next_order(mesh)), "");
     EXPECT_EQ(mesh_faults(mesh), "");
     EXPECT_LT(mesh.element_count(), 12000u);
-    EXPECT_NEAR(volume_of(mesh) / solvers::mesh::signed_volume(surface), 1, 0.015);
+    EXPECT_NEAR(volume_of(mesh) / solvers::mesh::signed_volume(surface), 1, 1e-6);
   }
 }
 

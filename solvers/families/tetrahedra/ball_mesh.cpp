@@ -4,9 +4,9 @@
 #include <map>
 
 #include "solvers/families/family.hpp"
+#include "solvers/mesh/curve_mesh.hpp"
 #include "solvers/mesh/sizing.hpp"
 #include "solvers/mesh/tetrahedra/delaunay.hpp"
-#include "solvers/mesh/tetrahedra/mesher.hpp"
 
 namespace carillon::solvers::families {
 namespace {
@@ -89,7 +89,7 @@ mesh::MeshResult mesh_sphere(const mesh::GeneratedShape& shape, const mesh::Mesh
   std::int64_t straightened = 0;
   mesh::TetMesh mesh = mesh::curve_mesh(
       linear, options.order,
-      [radius](const Vec3& p, const Vec3&) -> Vec3 { return radius * p.normalized(); },
+      {[radius](const Vec3& p, const Vec3&) -> Vec3 { return radius * p.normalized(); }, {}},
       straightened);
   return finish(std::move(mesh), straightened);
 }

@@ -11,6 +11,7 @@
 
 #include "core/error.hpp"
 #include "solvers/mesh/flat_elements.hpp"
+#include "solvers/mesh/tetrahedra/detail/mend_slivers.hpp"
 
 namespace carillon::solvers::mesh::tetrahedra {
 namespace {
@@ -191,6 +192,7 @@ TetMesh fill_with_tetrahedra(const SurfaceMesh& surface) {
   }
   mesh.faces = boundary_faces(mesh);
   peel_flat_elements(mesh);
+  mend_slivers(mesh);
   return mesh;
 }
 

@@ -8,10 +8,12 @@
 #include <string>
 
 #include "core/error.hpp"
+#include "solvers/mesh/keep_volume.hpp"
 #include "solvers/mesh/sizing.hpp"
 #include "solvers/mesh/tetrahedra/delaunay.hpp"
 #include "solvers/mesh/tetrahedra/detail/remesh.hpp"
 #include "solvers/mesh/tetrahedra/detail/size_field.hpp"
+#include "solvers/mesh/tetrahedra/detail/surface_fit.hpp"
 
 namespace carillon::solvers::mesh::tetrahedra {
 namespace {
@@ -83,6 +85,25 @@ TetMesh fill_remeshed(const SurfaceMesh& surface, const RemeshPlan& plan, const 
   return fill_with_tetrahedra(fitted);
 }
 
+/// Elements of the wanted order on the surface, with its volume.
+/// @throws SolverError  they do not keep it
+MeshResult fit_to_surface(const TetMesh& linear, const SurfaceMesh& surface,
+                          const SurfaceSearch& search, int order) {
+  constexpr double max_volume_error = 1e-4;
+  const SurfaceProjection truth = search.projection();
+  std::int64_t straightened = 0;
+  MeshResult result;
+  result.mesh = curve_mesh(linear, order, truth, straightened);
+  keep_volume(result.mesh, signed_volume(surface), truth);
+  result.quality = measure_quality(result.mesh);
+  result.quality.straightened = straightened;
+  measure_fit(result.mesh, surface, search, result.quality);
+  if (!(std::abs(result.quality.volume_error) <= max_volume_error))
+    throw core::SolverError(fmt::format("the elements have {:.5f} of the surface's volume",
+                                        1 + result.quality.volume_error));
+  return result;
+}
+
 void check_bound(const TetMesh& mesh, double edge, const MeshOptions& options) {
   const auto count = static_cast<std::int64_t>(mesh.element_count());
   if (count <= options.max_elements) return;
@@ -92,7 +113,7 @@ void check_bound(const TetMesh& mesh, double edge, const MeshOptions& options) {
 
 }  // namespace
 
-TetMesh tetrahedralise(const SurfaceMesh& surface, const MeshOptions& options) {
+MeshResult tetrahedralise(const SurfaceMesh& surface, const MeshOptions& options) {
   const SurfaceSearch search(surface);
   const SizeField field = measure_sizes(surface, search);
   if (!(field.volume > 0))
@@ -107,17 +128,17 @@ TetMesh tetrahedralise(const SurfaceMesh& surface, const MeshOptions& options) {
   for (int attempt = 0; attempt < tries; ++attempt) {
     if (field.tetrahedra(plan.coarsest, no_limit) > static_cast<double>(options.max_elements))
       break;
-    TetMesh mesh;
     try {
-      mesh = fill_remeshed(surface, plan, field, search);
+      const TetMesh linear = fill_remeshed(surface, plan, field, search);
+      check_bound(linear, plan.coarsest, options);
+      return fit_to_surface(linear, surface, search, options.order);
+    } catch (const core::LimitError&) {
+      throw;
     } catch (const core::SolverError& error) {
       if (reason.empty()) reason = error.message();
       plan.coarsest *= 0.7;
       plan.relax = std::max(1.0, 0.6 * plan.relax);
-      continue;
     }
-    check_bound(mesh, plan.coarsest, options);
-    return mesh;
   }
   // Its triangles alone may be too many.
   if (1.2 * static_cast<double>(surface.triangles.size()) >
@@ -126,19 +147,20 @@ TetMesh tetrahedralise(const SurfaceMesh& surface, const MeshOptions& options) {
         fmt::format("{}, and filling its {} triangles as they are takes more than {} elements",
                     reason, surface.triangles.size(), options.max_elements),
         "raise max_elements, or give another element_size");
-  TetMesh mesh;
   try {
-    mesh = fill_with_tetrahedra(surface);
+    const TetMesh linear = fill_with_tetrahedra(surface);
+    if (static_cast<std::int64_t>(linear.element_count()) > options.max_elements)
+      throw core::LimitError(fmt::format("{}; as it is the surface takes {} elements and "
+                                         "max_elements is {}",
+                                         reason, linear.element_count(), options.max_elements),
+                             "raise max_elements, or give another element_size");
+    return fit_to_surface(linear, surface, search, options.order);
+  } catch (const core::LimitError&) {
+    throw;
   } catch (const core::SolverError& error) {
     throw core::SolverError(fmt::format("{}; as it is: {}", reason, error.message()),
                             "another element_size may help");
   }
-  if (static_cast<std::int64_t>(mesh.element_count()) > options.max_elements)
-    throw core::LimitError(fmt::format("{}; as it is the surface takes {} elements and "
-                                       "max_elements is {}",
-                                       reason, mesh.element_count(), options.max_elements),
-                           "raise max_elements, or give another element_size");
-  return mesh;
 }
 
 }  // namespace carillon::solvers::mesh::tetrahedra

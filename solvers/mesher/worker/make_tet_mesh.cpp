@@ -88,12 +88,9 @@ mesh::MeshResult mesh_of_surface(const mesh::MeshRequest& request) {
   mesh::MeshResult result;
   const mesh::SurfaceMesh surface = mesh::repair::repair(scaled_surface(request.file), request.file,
                                                          result.diagnosis, result.repair);
-  std::int64_t straightened = 0;
-  result.mesh =
-      mesh::curve_mesh(mesh::tetrahedra::tetrahedralise(surface, request.options),
-                       request.options.order, mesh::tetrahedra::project_to(surface), straightened);
-  result.quality = mesh::measure_quality(result.mesh);
-  result.quality.straightened = straightened;
+  mesh::MeshResult meshed = mesh::tetrahedra::tetrahedralise(surface, request.options);
+  result.mesh = std::move(meshed.mesh);
+  result.quality = meshed.quality;
   return result;
 }
 

@@ -21,9 +21,13 @@ using Edge = simplify::CgalMesh::Edge_index;
 /// Edges are split above this multiple of the wanted size and collapsed below the other.
 constexpr double too_long = 4.0 / 3, too_short = 4.0 / 5;
 constexpr int rounds = 6;
-/// An edge below this multiple is in the way even of features.
-constexpr double tiny = 0.1;
-/// Feature lines shorter than this many edges are noise of a scan, not design.
+/// An edge below this multiple is in the way even of features, as long as no more volume than this
+/// multiple of the wanted size cubed goes with it: noise of a scan does, the end of a slot does
+/// not.
+constexpr double tiny = 0.1, tiny_volume = 1e-4;
+/// Triangles of a thinness() below this only come in the place of thinner ones.
+constexpr double thin = 0.05;
+/// Feature lines that end somewhere are noise of a scan below this many edges, not design.
 constexpr double shortest_line = 3;
 
 enum class Kind : char { free, line, corner };
@@ -85,6 +89,13 @@ class Remesher {
     }
   }
 
+  int feature_edges_at(Vertex v) const {
+    int count = 0;
+    for (const Halfedge h : mesh_.halfedges_around_target(mesh_.halfedge(v)))
+      count += feature_[mesh_.edge(h)] ? 1 : 0;
+    return count;
+  }
+
   void drop_short_lines() {
     std::vector<bool> seen(mesh_.num_edges(), false);
     for (const Edge start : mesh_.edges()) {
@@ -92,18 +103,21 @@ class Remesher {
       std::vector<Edge> line{start};
       seen[static_cast<std::size_t>(start)] = true;
       double total = 0;
+      bool ends = false;
       for (std::size_t i = 0; i < line.size(); ++i) {
         total += length(line[i]) / wanted(line[i]);
-        for (unsigned end : {0u, 1u})
-          for (const Halfedge h :
-               mesh_.halfedges_around_target(mesh_.halfedge(mesh_.vertex(line[i], end)))) {
+        for (unsigned end : {0u, 1u}) {
+          const Vertex v = mesh_.vertex(line[i], end);
+          ends = ends || feature_edges_at(v) == 1;
+          for (const Halfedge h : mesh_.halfedges_around_target(mesh_.halfedge(v))) {
             const Edge e = mesh_.edge(h);
             if (!feature_[e] || seen[static_cast<std::size_t>(e)]) continue;
             seen[static_cast<std::size_t>(e)] = true;
             line.push_back(e);
           }
+        }
       }
-      if (total < shortest_line)
+      if (ends && total < shortest_line)
         for (const Edge e : line) feature_[e] = false;
     }
   }
@@ -140,15 +154,21 @@ class Remesher {
   /// Whether `gone` may slide along the half-edge to its target.
   bool may_collapse(Halfedge h) const {
     const Vertex gone = mesh_.source(h), kept = mesh_.target(h);
-    // Detail far below the wanted size gives way, feature or not.
-    if (length(mesh_.edge(h)) > tiny * wanted(mesh_.edge(h))) {
-      if (kind_[gone] == Kind::corner) return false;
-      if (kind_[gone] == Kind::line && !feature_[mesh_.edge(h)]) return false;
+    if (kind_[gone] > kind_[kept]) return false;
+    const bool leaves_line = kind_[gone] == Kind::line && !feature_[mesh_.edge(h)];
+    if (kind_[gone] == Kind::corner || leaves_line) {
+      const double size = wanted(mesh_.edge(h));
+      if (length(mesh_.edge(h)) > tiny * size) return false;
+      if (std::abs(volume_swept(h)) > tiny_volume * std::pow(size, 3)) return false;
     }
     // Two feature edges of one triangle would fall together.
     for (const Halfedge side : {h, mesh_.opposite(h)})
       if (feature_[mesh_.edge(mesh_.next(side))] && feature_[mesh_.edge(mesh_.prev(side))])
         return false;
+    double thinnest = thin;
+    for (const Halfedge around : mesh_.halfedges_around_target(mesh_.halfedge(gone)))
+      thinnest = std::min(thinnest, thinness(at(gone), at(mesh_.source(around)),
+                                             at(mesh_.target(mesh_.next(around)))));
     for (const Halfedge around : mesh_.halfedges_around_target(mesh_.halfedge(gone))) {
       const Vertex neighbour = mesh_.source(around);
       if (neighbour == kept) continue;
@@ -160,13 +180,27 @@ class Remesher {
       const Vec3 before = face_vector(around);
       const Vec3 after = (at(kept) - at(neighbour)).cross(at(third) - at(neighbour));
       if (after.dot(before) < 0.7 * after.norm() * before.norm()) return false;
-      if (after.norm() < 0.05 * longest_squared(at(kept), at(neighbour), at(third))) return false;
+      if (thinness(at(kept), at(neighbour), at(third)) < thinnest) return false;
     }
     return CGAL::Euler::does_satisfy_link_condition(mesh_.edge(h), mesh_);
   }
 
-  static double longest_squared(const Vec3& a, const Vec3& b, const Vec3& c) {
-    return std::max({(a - b).squaredNorm(), (b - c).squaredNorm(), (c - a).squaredNorm()});
+  /// Volume that the surface gains when the source of a half-edge goes to its target.
+  double volume_swept(Halfedge h) const {
+    const Vertex gone = mesh_.source(h);
+    const Vec3 way = at(mesh_.target(h)) - at(gone);
+    double sum = 0;
+    for (const Halfedge around : mesh_.halfedges_around_target(mesh_.halfedge(gone)))
+      sum += way.dot((at(mesh_.source(around)) - at(gone))
+                         .cross(at(mesh_.target(mesh_.next(around))) - at(gone)));
+    return sum / 6;
+  }
+
+  /// Twice the area over the longest edge squared: 0.87 equilateral, 0 flat.
+  static double thinness(const Vec3& a, const Vec3& b, const Vec3& c) {
+    const double longest =
+        std::max({(a - b).squaredNorm(), (b - c).squaredNorm(), (c - a).squaredNorm()});
+    return longest > 0 ? (b - a).cross(c - a).norm() / longest : 0;
   }
 
   void collapse_short_edges() {
@@ -181,6 +215,7 @@ class Remesher {
         const Vec3 place = at(kept);
         const double size = size_[kept];
         const Kind kind = std::max(kind_[kept], kind_[mesh_.source(h)]);
+        feature_[e] = false;  // what goes away is not constrained
         const Vertex left = CGAL::Euler::collapse_edge(e, mesh_, feature_);
         move(left, place);
         size_[left] = size;
@@ -267,7 +302,7 @@ class Remesher {
       const Vec3 a = at(mesh_.source(h)), c = at(mesh_.target(mesh_.next(h)));
       const Vec3 after = (p - a).cross(c - a);
       if (after.dot(before) < 0.7 * after.norm() * before.norm()) return true;
-      if (after.norm() < 0.05 * longest_squared(p, a, c)) return true;
+      if (thinness(p, a, c) < std::min(thin, thinness(at(v), a, c))) return true;
     }
     return false;
   }

@@ -6,9 +6,6 @@
 
 namespace carillon::solvers::mesh::tetrahedra {
 
-/// Edges between faces that meet at more than this are features [degrees].
-constexpr double feature_angle_deg = 40;
-
 /// Closed surface whose edges follow a size at each vertex of the input: long edges are split,
 /// short ones collapsed, edges flipped towards six neighbours, vertices spread along the surface
 /// (Botsch and Kobbelt 2004). Feature lines and corners stay; vertices lie on the input.

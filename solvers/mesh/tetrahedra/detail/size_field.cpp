@@ -16,6 +16,10 @@ namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
+/// Edges of one layer of elements over its thickness: at more their dihedral angles fall below 5
+/// degrees.
+constexpr double max_aspect = 10;
+
 /// Neighbours of every triangle across its edges (v0v1)(v1v2)(v2v0); -1 where there is none.
 std::vector<std::array<std::int64_t, 3>> neighbours(const SurfaceMesh& surface) {
   std::unordered_map<std::uint64_t, std::pair<std::size_t, std::size_t>> open;
@@ -121,9 +125,9 @@ std::vector<double> vertex_sizes(const SurfaceMesh& surface, const SizeField& fi
 }
 
 double SizeField::limit(std::size_t triangle, double relax) const {
+  const double flattest = max_aspect * thickness[triangle];
   const double r = relax * radius[triangle];
-  if (!std::isfinite(r)) return infinite;
-  return max_chord(r, thickness[triangle]);
+  return std::isfinite(r) ? std::min(flattest, max_chord(r, thickness[triangle])) : flattest;
 }
 
 double SizeField::triangles(double edge, double relax) const {

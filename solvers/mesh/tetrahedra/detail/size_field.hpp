@@ -14,8 +14,8 @@ struct SizeField {
   double volume = 0;              ///< enclosed [m^3]
   double total_area = 0;          ///< [m^2]
 
-  /// Largest edge [m] that follows the surface here: 30 degrees of bending and a sagitta of a
-  /// third of the wall, for a surface taken to bend `relax` times less than measured.
+  /// Largest edge [m] that follows the surface here: 10 times the wall, 30 degrees of bending and a
+  /// sagitta of a third of the wall, for a surface taken to bend `relax` times less than measured.
   double limit(std::size_t triangle, double relax) const;
   /// Triangles and tetrahedra of a mesh with edges of at most `edge`.
   double triangles(double edge, double relax) const;

@@ -1,0 +1,135 @@
+// Bodies as CAD exports them, large plane faces in a few triangles, keep their volume, their faces
+// and their edges in tetrahedra of every order and size.
+#include <gtest/gtest.h>
+#include <rapidcheck.h>
+
+#include <Eigen/Geometry>
+#include <array>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "mesh_checks.hpp"
+#include "solvers/mesh/readers/detail/polygon_mesh.hpp"
+#include "solvers/mesh/tetrahedra/mesher.hpp"
+
+namespace carillon::test {
+namespace {
+
+using namespace solvers;
+using mesh::SurfaceMesh;
+
+/// Millimetres as whole numbers, drawn for a case.
+double drawn(int from, int to) {
+  return 1e-3 * *rc::gen::inRange(from, to + 1);
+}
+
+/// A body between a plane outline, counter-clockwise, and its copy at a height.
+SurfaceMesh prism(const std::vector<Vec2>& outline, double height) {
+  mesh::readers::PolygonMesh body;
+  const auto n = static_cast<std::int32_t>(outline.size());
+  for (const double z : {0.0, height})
+    for (const Vec2& p : outline) body.vertices.emplace_back(p.x(), p.y(), z);
+  for (std::int32_t i = 0; i < n; ++i) body.corners.push_back(n - 1 - i);
+  body.end_polygon();
+  for (std::int32_t i = 0; i < n; ++i) body.corners.push_back(n + i);
+  body.end_polygon();
+  for (std::int32_t i = 0; i < n; ++i) {
+    const std::int32_t next = (i + 1) % n;
+    body.corners.insert(body.corners.end(), {i, next, n + next, n + i});
+    body.end_polygon();
+  }
+  return mesh::readers::triangulate(std::move(body));
+}
+
+SurfaceMesh box() {
+  const double a = drawn(20, 120), b = drawn(10, 60);
+  return prism({{0, 0}, {a, 0}, {a, b}, {0, b}}, drawn(2, 30));
+}
+
+SurfaceMesh l_section() {
+  const double a = drawn(20, 60), b = drawn(20, 60), s = drawn(2, 10), t = drawn(2, 10);
+  return prism({{0, 0}, {a, 0}, {a, t}, {s, t}, {s, b}, {0, b}}, drawn(10, 100));
+}
+
+SurfaceMesh u_section() {
+  const double a = drawn(30, 60), b = drawn(20, 60), s = drawn(2, 10), t = drawn(2, 10);
+  return prism({{0, 0}, {a, 0}, {a, b}, {a - s, b}, {a - s, t}, {s, t}, {s, b}, {0, b}},
+               drawn(10, 100));
+}
+
+SurfaceMesh comb() {
+  const int teeth = *rc::gen::inRange(2, 7);
+  const double tooth = drawn(2, 6), gap = drawn(1, 5), back = drawn(4, 12), length = drawn(10, 60);
+  std::vector<Vec2> outline{{0, 0}, {teeth * tooth + (teeth - 1) * gap, 0}};
+  for (int i = teeth - 1; i >= 0; --i) {
+    const double left = i * (tooth + gap);
+    outline.emplace_back(left + tooth, back + length);
+    outline.emplace_back(left, back + length);
+    if (i == 0) break;
+    outline.emplace_back(left, back);
+    outline.emplace_back(left - gap, back);
+  }
+  return prism(outline, drawn(2, 10));
+}
+
+/// A dish with a rim of 1 mm: a box with a recess.
+SurfaceMesh tray() {
+  const Vec3 outer(drawn(40, 120), drawn(30, 80), drawn(5, 20));
+  const double rim = 1e-3, floor = drawn(1, 4);
+  mesh::readers::PolygonMesh body;
+  for (const double z : {0.0, outer.z(), floor})
+    for (int i = 0; i < 4; ++i) {
+      const double in = z == floor ? rim : 0;
+      body.vertices.emplace_back(i == 1 || i == 2 ? outer.x() - in : in,
+                                 i >= 2 ? outer.y() - in : in, z);
+    }
+  for (int i = 0; i < 4; ++i)  // the rim's inner edge
+    body.vertices.emplace_back(body.vertices[static_cast<std::size_t>(8 + i)].x(),
+                               body.vertices[static_cast<std::size_t>(8 + i)].y(), outer.z());
+  const auto polygon = [&](std::initializer_list<std::int32_t> corners) {
+    body.corners.insert(body.corners.end(), corners);
+    body.end_polygon();
+  };
+  polygon({3, 2, 1, 0});
+  polygon({8, 9, 10, 11});
+  for (std::int32_t i = 0; i < 4; ++i) {
+    const std::int32_t next = (i + 1) % 4;
+    polygon({i, next, 4 + next, 4 + i});            // outside
+    polygon({4 + i, 4 + next, 12 + next, 12 + i});  // the rim
+    polygon({12 + i, 12 + next, 8 + next, 8 + i});  // inside
+  }
+  return mesh::readers::triangulate(std::move(body));
+}
+
+/// Turned so that no face lies along an axis.
+SurfaceMesh turned(SurfaceMesh surface) {
+  const Eigen::AngleAxisd turn(0.7, Vec3(0.3, -0.5, 0.8).normalized());
+  for (Vec3& v : surface.vertices) v = turn * v;
+  return surface;
+}
+
+TEST(KeptBodies, PlaneFacesAndTheirEdges) {
+  EXPECT_TRUE(rc::check("volume, area, distance and angles", [] {
+    constexpr std::array<SurfaceMesh (*)(), 5> kinds{box, l_section, u_section, comb, tray};
+    const SurfaceMesh surface = turned(kinds[*rc::gen::inRange<std::size_t>(0, kinds.size())]());
+    const double longest = mesh::bounding_box(surface.vertices).longest_side();
+    mesh::MeshOptions options;
+    options.order = *rc::gen::inRange(1, 5);
+    options.element_size = *rc::gen::element(0.0, longest / 4, longest / 12);
+    const auto result = mesh::tetrahedra::tetrahedralise(surface, options);
+    RC_LOG() << "order " << options.order << ", size " << options.element_size << ": "
+             << result.quality.elements << " elements, volume " << result.quality.volume_error
+             << ", area " << result.quality.area_error << ", distance " << result.quality.hausdorff
+             << ", angle " << result.quality.min_dihedral_deg << '\n';
+    RC_ASSERT(mesh::signed_volume(surface) > 0);
+    RC_ASSERT(mesh_faults(result.mesh) == std::string());
+    RC_ASSERT(std::abs(result.quality.volume_error) < 1e-10);
+    RC_ASSERT(std::abs(result.quality.area_error) < 1e-10);
+    RC_ASSERT(result.quality.hausdorff < 1e-10 * longest);
+    RC_ASSERT(result.quality.min_dihedral_deg > 3);
+  }));
+}
+
+}  // namespace
+}  // namespace carillon::test
