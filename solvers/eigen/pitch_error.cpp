@@ -13,6 +13,7 @@
 #include "solvers/eigen/detail/finer_correction.hpp"
 #include "solvers/eigen/detail/finer_space.hpp"
 #include "solvers/eigen/detail/rigid.hpp"
+#include "solvers/mesh/inward_edges.hpp"
 
 namespace carillon::solvers::eigen {
 namespace {
@@ -26,6 +27,12 @@ constexpr std::array<double, 4> saturation = {1.03, 1.15, 1.15, 1.15};
 /// of the first cents of a change; what exceeds them comes from elsewhere.
 constexpr std::array<double, 4> missed_along_edges = {0, 0, 0.35, 1.45};
 constexpr double edge_cents = 3;
+/// What is missed at an inward edge, by what the next order changes there: with a field r^alpha in
+/// elements of one size the error falls as order^(-4 alpha) (Babuska and Suri 1987).
+double missed_at_edge(double exponent, int order) {
+  return 1 / (1 - std::pow(order / (order + 1.0), 4 * exponent));
+}
+
 /// Faceted or flattened surfaces raise or lower a pitch, elements too stiff raise it. Where the two
 /// cancel, this part of either is left of what their measurement misses.
 constexpr double uncancelled = 0.04;
@@ -49,9 +56,19 @@ class Saturation {
         along_edges_(is_flat(mesh) ? missed_along_edges.at(static_cast<std::size_t>(mesh.order - 1))
                                    : 0) {}
 
-  /// @param change  [cent], and so is the result
-  double missed(double change) const {
-    return power_ * change + along_edges_ * std::clamp(change, -edge_cents, edge_cents);
+  /// @param change   [cent], and so is the result
+  /// @param further  what inward edges add to the factor
+  double missed(double change, double further) const {
+    return (power_ + further) * change + along_edges_ * std::clamp(change, -edge_cents, edge_cents);
+  }
+
+  /// What each element's inward edges add to the factor.
+  static std::vector<double> further_at_edges(const mesh::TetMesh& mesh, int order) {
+    std::vector<double> out = mesh::edge_exponents(mesh);
+    const double usual = saturation.at(static_cast<std::size_t>(order - 1));
+    for (double& exponent : out)
+      exponent = exponent < 1 ? std::max(0.0, missed_at_edge(exponent, order) - usual) : 0;
+    return out;
   }
 
  private:
@@ -131,8 +148,9 @@ Projected project(const Fields& x, const Fields& ax, const Fields& mx, const Fie
 /// What the modes should be, by Rayleigh and Ritz's procedure.
 /// @param values  eigenvalues of the solved order, dimensionless
 /// @param shift   sigma
+/// @param further  what inward edges add to each field's factor
 TrueModes true_modes(Projected form, const Eigen::ArrayXd& values, double shift,
-                     const Saturation& saturated) {
+                     const Saturation& saturated, const Eigen::ArrayXd& further) {
   const auto fields = form.fields;
   const Eigen::VectorXd scale =
       form.m.diagonal().cwiseMax(std::numeric_limits<double>::min()).cwiseSqrt().cwiseInverse();
@@ -174,7 +192,8 @@ TrueModes true_modes(Projected form, const Eigen::ArrayXd& values, double shift,
                          shift;
     // Not all that may be missed is missed: half of it tells best in which order modes come.
     const double measured = pitch_change(after / before);
-    double change = saturated.missed(measured), likely = (measured + change) / 2;
+    const double at_edges = (weight * further).sum() / weight.sum();
+    double change = saturated.missed(measured, at_edges), likely = (measured + change) / 2;
     if (has_gaps) {
       const double gain = corrected.dot(form.a_gain * corrected) -
                           ritz.eigenvalues()[j] * corrected.dot(form.m_gain * corrected);
@@ -196,6 +215,7 @@ class Estimator {
             std::int64_t memory, MPI_Comm comm)
       : shift_(shifted.shift),
         saturation_(mesh),
+        further_(Saturation::further_at_edges(space.mesh(), mesh.order)),
         space_(space),
         comm_(comm),
         correction_(mesh, regions, system, shifted, space, memory, comm),
@@ -224,6 +244,8 @@ class Estimator {
     const Fields d = correction_.solve(right, goal);
     ad -= right;
     right.resize(0, 0);
+    const Eigen::ArrayXd further = space_.weighted_energy(d, further_) /
+                                   dots(d, ad, comm_).max(std::numeric_limits<double>::min());
     space_.apply_mass(d, md);
     auto form = project(x, ax, mx, d, ad, md);
     if (space_.has_gaps()) {
@@ -231,12 +253,13 @@ class Estimator {
       both << x, d;
       space_.close_gaps(both, form.a_gain, form.m_gain);
     }
-    return true_modes(std::move(form), values, shift_, saturation_);
+    return true_modes(std::move(form), values, shift_, saturation_, further);
   }
 
  private:
   double shift_;
   Saturation saturation_;
+  std::vector<double> further_;  ///< for each element
   const FinerSpace& space_;
   MPI_Comm comm_;
   FinerCorrection correction_;

@@ -168,6 +168,9 @@ void keep_volume(TetMesh& mesh, double wanted, const SurfaceProjection& truth) {
   if (!mesh.finer_nodes.empty()) {
     TetMesh finer = next_order(mesh);
     give_volume(finer, wanted, truth);
+    // Where nodes lack something, all of them tell how far they are from the surface now.
+    for (std::size_t n = 0; n < mesh.finer_gaps.size(); ++n)
+      mesh.finer_gaps[n] -= finer.nodes[n] - mesh.finer_nodes[n];
     mesh.finer_nodes = std::move(finer.nodes);
   }
   give_volume(mesh, wanted, truth);

@@ -23,8 +23,8 @@ struct TetMesh {
   /// Nodes of the same elements at order + 1 on the true surface [m], numbered by numbering_at();
   /// what errors are measured against. Empty: the mesh's own curved elements are the truth.
   std::vector<Vec3> finer_nodes;
-  /// How far each of finer_nodes is from where it should be, because an element would fold there
-  /// [m]. Empty: none is.
+  /// How far each of finer_nodes is from where it should be [m], because an element would fold
+  /// there, or where one does also because keep_volume() moved it. Empty: no element would.
   std::vector<Vec3> finer_gaps;
 
   std::size_t element_count() const { return regions.size(); }

@@ -1,5 +1,5 @@
-"""A scanned tube in elements too wide to follow its wall: straightened, pitches up to two semitones
-sharp, and the estimates know."""
+"""A scanned tube in elements too wide to follow its wall: straightened, pitches up to a
+semitone sharp, and the estimates know. The volume is kept all the same."""
 import math
 import pathlib
 import sys
@@ -38,14 +38,16 @@ class CoarseScan(FolderTest):
                          *BAND)["modes"]
         coarse = run_json("modes", scan, "--element-size", "28 mm", *BAND)
         self.assertGreater(coarse["mesh"]["straightened"], 50)
-        self.assertGreater(coarse["mesh"]["volume"], 1.05 * math.pi * (0.03**2 - 0.027**2) * 0.08)
+        area_of_polygon = 192 / 2 * math.sin(2 * math.pi / 192)
+        given = area_of_polygon * (0.03**2 - 0.027**2) * 0.08
+        self.assertAlmostEqual(coarse["mesh"]["volume"] / given, 1, delta=1e-6)
         worst = 0
         for found, true in zip(coarse["modes"], truth, strict=True):
             error = abs(1200 * math.log2(found["frequency_hz"] / true["frequency_hz"]))
             worst = max(worst, error)
-            self.assertGreater(found["pitch_error_cents"], 0.5 * error)
-            self.assertLess(found["pitch_error_cents"], 3 * error)
-        self.assertGreater(worst, 100)
+            self.assertGreater(found["pitch_error_cents"], 0.4 * error)
+            self.assertLess(found["pitch_error_cents"], 3 * error + 10)
+        self.assertGreater(worst, 60)
 
     def test_automatic_elements_follow_the_wall(self):
         scan = self.write("tube.off", tube_off(0.03, 0.003, 0.08))

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "mesh_checks.hpp"
-#include "solvers/mesh/readers/detail/polygon_mesh.hpp"
+#include "prisms.hpp"
 #include "solvers/mesh/tetrahedra/mesher.hpp"
 
 namespace carillon::test {
@@ -22,24 +22,6 @@ using mesh::SurfaceMesh;
 /// Millimetres as whole numbers, drawn for a case.
 double drawn(int from, int to) {
   return 1e-3 * *rc::gen::inRange(from, to + 1);
-}
-
-/// A body between a plane outline, counter-clockwise, and its copy at a height.
-SurfaceMesh prism(const std::vector<Vec2>& outline, double height) {
-  mesh::readers::PolygonMesh body;
-  const auto n = static_cast<std::int32_t>(outline.size());
-  for (const double z : {0.0, height})
-    for (const Vec2& p : outline) body.vertices.emplace_back(p.x(), p.y(), z);
-  for (std::int32_t i = 0; i < n; ++i) body.corners.push_back(n - 1 - i);
-  body.end_polygon();
-  for (std::int32_t i = 0; i < n; ++i) body.corners.push_back(n + i);
-  body.end_polygon();
-  for (std::int32_t i = 0; i < n; ++i) {
-    const std::int32_t next = (i + 1) % n;
-    body.corners.insert(body.corners.end(), {i, next, n + next, n + i});
-    body.end_polygon();
-  }
-  return mesh::readers::triangulate(std::move(body));
 }
 
 SurfaceMesh box() {

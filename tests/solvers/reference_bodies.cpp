@@ -119,7 +119,7 @@ Effectivity measure_effectivity(const solvers::modes::Modes& modes, std::span<co
     if (error <= 0.2) continue;
     ratios.push_back(modes.pitch_errors[k] / error);
     out.worst_error = std::max(out.worst_error, error);
-    if (ratios.back() >= 0.5 && ratios.back() <= 3) continue;
+    if (ratios.back() >= 0.7 && ratios.back() <= 2.5) continue;
     out.complaint +=
         fmt::format("mode {} at {:.2f} Hz: {:.3f} cents off {:.2f} Hz, estimated {:.3f}\n", k + 1,
                     modes.frequency(k), error, truth[k], modes.pitch_errors[k]);

@@ -35,7 +35,7 @@ struct Effectivity {
   std::size_t compared = 0;  ///< modes off by more than 0.2 cents
   double least = 0, median = 0, most = 0;
   double worst_error = 0;  ///< [cents]
-  std::string complaint;   ///< modes outside [0.5, 3], in words
+  std::string complaint;   ///< modes outside [0.7, 2.5], in words
 };
 
 /// The k-th mode is compared with the k-th of the table.

@@ -268,6 +268,21 @@ void FinerSpace::apply(const Fields& x, Fields& out) const {
   sum_elements(x, multiply, out);
 }
 
+Eigen::ArrayXd FinerSpace::weighted_energy(const Fields& x, std::span<const double> weights) const {
+  elements::ElementKernel kernel(mesh_.order);
+  Eigen::ArrayXd sum = Eigen::ArrayXd::Zero(x.rows());
+  Matrices scratch;
+  Fields local;
+  for (std::size_t k = 0; k < own_.size(); ++k) {
+    if (weights[own_[k]] == 0) continue;
+    gather(x, mesh_.element(own_[k]), local);
+    sum += weights[own_[k]] *
+           (local * matrices(kernel, k, scratch).a).cwiseProduct(local).rowwise().sum().array();
+  }
+  MPI_Allreduce(MPI_IN_PLACE, sum.data(), static_cast<int>(sum.size()), MPI_DOUBLE, MPI_SUM, comm_);
+  return sum;
+}
+
 void FinerSpace::apply_mass(const Fields& x, Fields& out) const {
   const auto multiply = [](const Fields& local, const Matrices& m, Fields& product) {
     by_node(product).noalias() = by_node(local) * m.mass;

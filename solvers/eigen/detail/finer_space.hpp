@@ -72,6 +72,10 @@ class FinerSpace {
   /// A x.
   /// @note Collective.
   void apply(const Fields& x, Fields& out) const;
+  /// Sums over elements of weight x^T A x, one for each field.
+  /// @param weights  of all elements
+  /// @note Collective.
+  Eigen::ArrayXd weighted_energy(const Fields& x, std::span<const double> weights) const;
   /// M x.
   /// @note Collective.
   void apply_mass(const Fields& x, Fields& out) const;

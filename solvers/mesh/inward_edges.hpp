@@ -1,0 +1,20 @@
+#pragma once
+
+#include <vector>
+
+#include "solvers/mesh/tet_mesh.hpp"
+
+namespace carillon::solvers::mesh {
+
+/// Exponent alpha of the strongest displacement field r^alpha at an edge between two free faces, by
+/// the angle that the body fills there: the least positive root of sin(alpha angle) + alpha
+/// sin(angle) (Williams 1952, symmetric field). 1 up to 180 degrees, 0.54 at 270, 0.5 at a crack.
+/// @param angle  [rad], 0 to 2 pi
+double edge_exponent(double angle);
+
+/// What the inward edges at an element's corners let its solution be: the least edge_exponent() of
+/// the boundary's edges that meet in one of them. 1 for elements at none.
+/// @param mesh  curved elements of any order
+std::vector<double> edge_exponents(const TetMesh& mesh);
+
+}  // namespace carillon::solvers::mesh
