@@ -51,7 +51,10 @@ std::vector<Vec3> points_on(const SurfaceMesh& surface) {
   double owed = 0, u = 0.5, v = 0.5;
   for (const Triangle& t : surface.triangles) {
     const Vec3 a = vertex(t[0]), b = vertex(t[1]) - a, c = vertex(t[2]) - a;
-    for (owed += b.cross(c).norm() / 2; owed > share; owed -= share) {
+    owed += b.cross(c).norm() / 2 / share;
+    const auto due = static_cast<std::size_t>(owed);
+    owed -= static_cast<double>(due);
+    for (std::size_t k = 0; k < due; ++k) {
       u = std::fmod(u + 1 / plastic, 1.0);
       v = std::fmod(v + 1 / (plastic * plastic), 1.0);
       const bool outside = u + v > 1;
