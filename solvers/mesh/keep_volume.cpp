@@ -81,23 +81,21 @@ std::vector<Vec3> gaps_at_corners(const TetMesh& mesh, const SurfaceProjection& 
   return moves;
 }
 
-/// The mesh with its corners moved by a multiple of `moves`, and the other nodes of their elements
-/// linearly along.
-TetMesh moved_by(const TetMesh& mesh, const std::vector<Vec3>& moves, double factor) {
-  TetMesh moved = mesh;
+/// Moves of all nodes: those of an element's corners, linear between them.
+std::vector<Vec3> between_corners(const TetMesh& mesh, const std::vector<Vec3>& corners) {
+  std::vector<Vec3> moves(mesh.nodes.size(), Vec3::Zero());
   const auto& lattice = elements::tetrahedron_lattice(mesh.order);
   for (std::size_t e = 0; e < mesh.element_count(); ++e) {
     const auto element = mesh.element(e);
     for (std::size_t n = 0; n < lattice.size(); ++n) {
-      Vec3 move = Vec3::Zero();
+      Vec3& move = moves[static_cast<std::size_t>(element[n])];
+      move.setZero();
       for (std::size_t c = 0; c < 4; ++c)
         move += static_cast<double>(lattice[n][c]) / mesh.order *
-                moves[static_cast<std::size_t>(element[c])];
-      const auto node = static_cast<std::size_t>(element[n]);
-      moved.nodes[node] = mesh.nodes[node] + factor * move;
+                corners[static_cast<std::size_t>(element[c])];
     }
   }
-  return moved;
+  return moves;
 }
 
 /// Volume within the curved boundary [m^3], by Gauss' theorem: what the elements fill, at the cost
@@ -112,41 +110,44 @@ double enclosed_volume(const TetMesh& mesh) {
   return sum;
 }
 
-/// The multiple of `moves` that gives a mesh its volume: Newton's method with secants, as the
-/// volume is a cubic of it. Not a number when none below `limit` does.
-double factor_for(const TetMesh& mesh, const std::vector<Vec3>& moves, double wanted) {
-  constexpr double limit = 5, close = 1e-12;
+/// Moves the nodes of `moved`, a copy of the mesh, by the multiple of `moves` that gives it a
+/// volume: Newton's method with secants, as the volume is a cubic of it. False when none below
+/// `limit` does.
+bool move_to_volume(const TetMesh& mesh, const std::vector<Vec3>& moves, double wanted,
+                    TetMesh& moved) {
+  constexpr double limit = 5, close = 1e-10;
   constexpr int steps = 12;
   double before = 0, excess_before = enclosed_volume(mesh) - wanted;
   double factor = 1;
-  for (int step = 0; step < steps; ++step) {
-    const double excess = enclosed_volume(moved_by(mesh, moves, factor)) - wanted;
-    if (std::abs(excess) <= close * wanted) return factor;
+  for (int step = 0; step < steps && std::abs(factor) <= limit; ++step) {
+    for (std::size_t n = 0; n < moves.size(); ++n)
+      moved.nodes[n] = mesh.nodes[n] + factor * moves[n];
+    const double excess = enclosed_volume(moved) - wanted;
+    if (std::abs(excess) <= close * wanted) return true;
     const double next = factor - excess * (factor - before) / (excess - excess_before);
     before = factor;
     excess_before = excess;
     factor = next;
-    if (!(std::abs(factor) <= limit)) break;
   }
-  return std::nan("");
+  return false;
 }
 
-/// Moves the mesh's nodes by a multiple of `moves`; whether one was found.
-bool move_to_volume(TetMesh& mesh, std::vector<Vec3> moves, double wanted) {
+/// Moves corners of the mesh, and the other nodes along, by a multiple of `corners`; those of what
+/// would fold stay where they are.
+/// @return whether it has the volume
+bool give_volume(TetMesh& mesh, std::vector<Vec3> corners, double wanted) {
+  TetMesh moved = mesh;
   for (;;) {
-    const double factor = factor_for(mesh, moves, wanted);
-    if (std::isnan(factor)) return false;
-    TetMesh moved = moved_by(mesh, moves, factor);
+    if (!move_to_volume(mesh, between_corners(mesh, corners), wanted, moved)) return false;
     const auto folded = folded_elements(moved);
     if (folded.empty()) {
       mesh.nodes = std::move(moved.nodes);
       return true;
     }
-    // The corners of what would fold stay where they are.
     bool changed = false;
     for (const std::size_t e : folded)
       for (const std::int32_t corner : mesh.element(e).first(4)) {
-        Vec3& move = moves[static_cast<std::size_t>(corner)];
+        Vec3& move = corners[static_cast<std::size_t>(corner)];
         changed = changed || !move.isZero(0);
         move.setZero();
       }
@@ -158,8 +159,8 @@ void give_volume(TetMesh& mesh, double wanted, const SurfaceProjection& truth) {
   constexpr double close = 1e-9;
   if (std::abs(enclosed_volume(mesh) - wanted) <= close * wanted) return;
   // Gaps to both sides may cancel and leave nothing to go by but their sizes.
-  if (!move_to_volume(mesh, gaps_at_corners(mesh, truth, Gap::with_sign), wanted))
-    move_to_volume(mesh, gaps_at_corners(mesh, truth, Gap::size), wanted);
+  if (!give_volume(mesh, gaps_at_corners(mesh, truth, Gap::with_sign), wanted))
+    give_volume(mesh, gaps_at_corners(mesh, truth, Gap::size), wanted);
 }
 
 }  // namespace

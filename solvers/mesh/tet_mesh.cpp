@@ -11,14 +11,10 @@
 #include "core/disjoint_sets.hpp"
 #include "core/numbers.hpp"
 #include "solvers/elements/quadrature.hpp"
+#include "solvers/mesh/outward_faces.hpp"
 
 namespace carillon::solvers::mesh {
 namespace {
-
-/// Corners of a tetrahedron's faces, counter-clockwise from outside when det(v1-v0, v2-v0, v3-v0)
-/// is positive.
-constexpr std::array<std::array<std::size_t, 3>, 4> outward_faces = {
-    {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}};
 
 /// Local nodes of the four outward faces in triangle_lattice order.
 std::array<std::vector<std::size_t>, 4> face_nodes(int order) {

@@ -185,6 +185,25 @@ TEST_P(Orders, VolumeOfACurvedBodyIsIntegrated) {
   EXPECT_GT(quality.min_radius_ratio, 0.05);
 }
 
+/// Integral of L0^a L1^b L2^c over the reference triangle: a! b! c! / (a+b+c+2)!.
+TEST(Quadrature, OfTrianglesIsExactToItsDegree) {
+  for (int points = 1; points <= 8; ++points) {
+    const auto& rule = solvers::elements::triangle_rule(points);
+    const int degree = 2 * points - 1;
+    for (int a = 0; a <= degree; ++a)
+      for (int b = 0; a + b <= degree; ++b) {
+        const int c = degree - a - b;
+        double sum = 0;
+        for (std::size_t q = 0; q < rule.size(); ++q) {
+          const auto& l = rule.barycentric[q];
+          sum += rule.weights[q] * std::pow(l[0], a) * std::pow(l[1], b) * std::pow(l[2], c);
+        }
+        const double exact = factorial(a) * factorial(b) * factorial(c) / factorial(degree + 2);
+        EXPECT_NEAR(sum / exact, 1, 1e-11) << points << ": " << a << ' ' << b << ' ' << c;
+      }
+  }
+}
+
 TEST(Quality, OfTheRegularTetrahedron) {
   test::TetMesh mesh;
   mesh.nodes = {{1, 1, 1}, {-1, 1, -1}, {1, -1, -1}, {-1, -1, 1}};

@@ -12,6 +12,7 @@
 #include "solvers/families/revolve.hpp"
 #include "solvers/mesh/raise_order.hpp"
 #include "solvers/mesh/readers/read_mesh.hpp"
+#include "solvers/mesh/tetrahedra/detail/feature_lines.hpp"
 #include "solvers/mesh/tetrahedra/detail/remesh.hpp"
 #include "tests/solvers/written_files.hpp"
 
@@ -295,12 +296,20 @@ TEST(Elevate, StraightensWhatWouldFold) {
 TEST(Elevate, ProjectionKeepsToItsSideOfAWall) {
   const auto sheet = box_surface({0.1, 0.1, 0.001});
   const solvers::mesh::tetrahedra::SurfaceSearch search(sheet);
-  const auto project = search.projection().to_surface;
+  const solvers::mesh::tetrahedra::FeatureLines lines(sheet);
+  const auto project = solvers::mesh::tetrahedra::projection_on(search, lines).to_surface;
   // Nearer to the underside, but the boundary there looks up.
   const Vec3 up = project({0.05, 0.05, 0.0002}, {0, 0, 1});
   EXPECT_NEAR((up - Vec3(0.05, 0.05, 0.001)).norm(), 0, 1e-15);
   const Vec3 down = project({0.05, 0.05, 0.0008}, {0, 0, -1});
   EXPECT_NEAR((down - Vec3(0.05, 0.05, 0)).norm(), 0, 1e-15);
+}
+
+TEST(Tetrahedralise, FlatElementsOfAPlateAreMended) {
+  // Corners of both sides in rectangles: Gmsh leaves elements of 0.00 degrees between them.
+  const auto plate = mesh_of(box_surface({0.1, 0.06, 0.005}), 1, 0.012);
+  EXPECT_EQ(mesh_faults(plate), "");
+  EXPECT_GT(solvers::mesh::measure_quality(plate).min_dihedral_deg, 8);
 }
 
 TEST(Remesh, FollowsSizesThatChange) {

@@ -11,6 +11,7 @@
 #include "solvers/mesh/keep_volume.hpp"
 #include "solvers/mesh/sizing.hpp"
 #include "solvers/mesh/tetrahedra/delaunay.hpp"
+#include "solvers/mesh/tetrahedra/detail/feature_lines.hpp"
 #include "solvers/mesh/tetrahedra/detail/remesh.hpp"
 #include "solvers/mesh/tetrahedra/detail/size_field.hpp"
 #include "solvers/mesh/tetrahedra/detail/surface_fit.hpp"
@@ -88,9 +89,9 @@ TetMesh fill_remeshed(const SurfaceMesh& surface, const RemeshPlan& plan, const 
 /// Elements of the wanted order on the surface, with its volume.
 /// @throws SolverError  they do not keep it
 MeshResult fit_to_surface(const TetMesh& linear, const SurfaceMesh& surface,
-                          const SurfaceSearch& search, int order) {
+                          const SurfaceSearch& search, const FeatureLines& lines, int order) {
   constexpr double max_volume_error = 1e-4;
-  const SurfaceProjection truth = search.projection();
+  const SurfaceProjection truth = projection_on(search, lines);
   std::int64_t straightened = 0;
   MeshResult result;
   result.mesh = curve_mesh(linear, order, truth, straightened);
@@ -115,6 +116,7 @@ void check_bound(const TetMesh& mesh, double edge, const MeshOptions& options) {
 
 MeshResult tetrahedralise(const SurfaceMesh& surface, const MeshOptions& options) {
   const SurfaceSearch search(surface);
+  const FeatureLines lines(surface);
   const SizeField field = measure_sizes(surface, search);
   if (!(field.volume > 0))
     throw core::InputError("the surface encloses no volume",
@@ -131,7 +133,7 @@ MeshResult tetrahedralise(const SurfaceMesh& surface, const MeshOptions& options
     try {
       const TetMesh linear = fill_remeshed(surface, plan, field, search);
       check_bound(linear, plan.coarsest, options);
-      return fit_to_surface(linear, surface, search, options.order);
+      return fit_to_surface(linear, surface, search, lines, options.order);
     } catch (const core::LimitError&) {
       throw;
     } catch (const core::SolverError& error) {
@@ -154,7 +156,7 @@ MeshResult tetrahedralise(const SurfaceMesh& surface, const MeshOptions& options
                                          "max_elements is {}",
                                          reason, linear.element_count(), options.max_elements),
                              "raise max_elements, or give another element_size");
-    return fit_to_surface(linear, surface, search, options.order);
+    return fit_to_surface(linear, surface, search, lines, options.order);
   } catch (const core::LimitError&) {
     throw;
   } catch (const core::SolverError& error) {

@@ -5,11 +5,14 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <iterator>
 #include <limits>
 #include <numbers>
 #include <set>
 #include <utility>
 #include <vector>
+
+#include "solvers/mesh/outward_faces.hpp"
 
 namespace carillon::solvers::mesh::tetrahedra {
 namespace {
@@ -60,6 +63,7 @@ class Mender {
 
   void run() {
     constexpr int rounds = 3;
+    const std::size_t given = elements_.size();
     for (int round = 0; round < rounds; ++round) {
       std::vector<std::pair<double, std::size_t>> flat;
       for (std::size_t e = 0; e < elements_.size(); ++e)
@@ -70,7 +74,7 @@ class Mender {
         if (alive_[e] && mend(e)) changed = true;
       if (!changed) break;
     }
-    write_back();
+    if (elements_.size() > given) write_back();
   }
 
  private:
@@ -151,8 +155,10 @@ class Mender {
       const Corners& c = elements_[e];
       volume += six_volumes(at(c[0]), at(c[1]), at(c[2]), at(c[3]));
       corners.insert(c.begin(), c.end());
-      for (const auto& face : outward(c))
+      for (const auto& f : outward_faces) {
+        const std::array<std::int32_t, 3> face{c[f[0]], c[f[1]], c[f[2]]};
         if (!in_hole(face, star.removed, e)) star.faces.push_back(face);
+      }
     }
     Vec3 centre = Vec3::Zero();
     for (const std::int32_t n : corners) centre += at(n) / static_cast<double>(corners.size());
@@ -186,11 +192,6 @@ class Mender {
     star.centre = centre;
     star.worst = worst;
     return star;
-  }
-
-  /// Faces of an element, counter-clockwise from outside.
-  static std::array<std::array<std::int32_t, 3>, 4> outward(const Corners& c) {
-    return {{{c[0], c[2], c[1]}, {c[0], c[1], c[3]}, {c[0], c[3], c[2]}, {c[1], c[2], c[3]}}};
   }
 
   /// Whether another element of the hole has the face too.

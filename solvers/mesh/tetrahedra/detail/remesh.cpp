@@ -10,6 +10,7 @@
 #include <numbers>
 
 #include "solvers/mesh/simplify/cgal_mesh.hpp"
+#include "solvers/mesh/tetrahedra/detail/feature_lines.hpp"
 
 namespace carillon::solvers::mesh::tetrahedra {
 namespace {

@@ -9,7 +9,7 @@
 #include <unordered_map>
 
 #include "solvers/mesh/sizing.hpp"
-#include "solvers/mesh/tetrahedra/detail/remesh.hpp"
+#include "solvers/mesh/tetrahedra/detail/feature_lines.hpp"
 
 namespace carillon::solvers::mesh::tetrahedra {
 namespace {

@@ -1,6 +1,5 @@
 #include "solvers/mesh/tetrahedra/detail/surface_search.hpp"
 
-#include <CGAL/AABB_segment_primitive.h>
 #include <CGAL/AABB_traits.h>
 #include <CGAL/AABB_tree.h>
 #include <CGAL/AABB_triangle_primitive.h>
@@ -8,9 +7,6 @@
 
 #include <Eigen/Geometry>
 #include <limits>
-#include <map>
-#include <numbers>
-#include <utility>
 
 namespace carillon::solvers::mesh::tetrahedra {
 namespace {
@@ -19,9 +15,6 @@ using Cartesian = CGAL::Simple_cartesian<double>;
 using FacetList = std::vector<Cartesian::Triangle_3>;
 using FacetPrimitive = CGAL::AABB_triangle_primitive<Cartesian, FacetList::const_iterator>;
 using FacetTree = CGAL::AABB_tree<CGAL::AABB_traits<Cartesian, FacetPrimitive>>;
-using SegmentList = std::vector<Cartesian::Segment_3>;
-using SegmentPrimitive = CGAL::AABB_segment_primitive<Cartesian, SegmentList::const_iterator>;
-using SegmentTree = CGAL::AABB_tree<CGAL::AABB_traits<Cartesian, SegmentPrimitive>>;
 
 Cartesian::Point_3 facet_point(const Vec3& p) {
   return {p.x(), p.y(), p.z()};
@@ -41,24 +34,6 @@ double way_to(const Cartesian::Triangle_3& facet, const Vec3& facing, const Vec3
   return facing.dot(coordinates(facet[0]) - point) / facing.dot(direction);
 }
 
-/// Edges between facets that meet at a feature's angle.
-SegmentList feature_segments(const SurfaceMesh& surface) {
-  std::map<std::pair<std::int32_t, std::int32_t>, std::vector<Vec3>> normals;
-  const auto at = [&](std::int32_t v) { return surface.vertices[static_cast<std::size_t>(v)]; };
-  for (const Triangle& t : surface.triangles) {
-    const Vec3 normal = (at(t[1]) - at(t[0])).cross(at(t[2]) - at(t[0]));
-    if (!(normal.norm() > 0)) continue;
-    for (std::size_t i = 0; i < 3; ++i)
-      normals[std::minmax(t[i], t[(i + 1) % 3])].push_back(normal);
-  }
-  SegmentList segments;
-  for (const auto& [edge, around] : normals)
-    if (around.size() == 2 &&
-        angle_between(around[0], around[1]) > feature_angle_deg * std::numbers::pi / 180)
-      segments.emplace_back(facet_point(at(edge.first)), facet_point(at(edge.second)));
-  return segments;
-}
-
 }  // namespace
 
 struct SurfaceSearch::Impl {
@@ -66,8 +41,6 @@ struct SurfaceSearch::Impl {
   std::vector<std::size_t> triangle;  ///< of each facet
   std::vector<std::ptrdiff_t> facet;  ///< of each triangle, -1 when degenerate
   FacetTree tree;
-  SegmentList segments;
-  SegmentTree lines;
 };
 
 SurfaceSearch::SurfaceSearch(const SurfaceMesh& surface) : impl_(std::make_unique<Impl>()) {
@@ -84,9 +57,6 @@ SurfaceSearch::SurfaceSearch(const SurfaceMesh& surface) : impl_(std::make_uniqu
   }
   impl_->tree.rebuild(impl_->facets.cbegin(), impl_->facets.cend());
   impl_->tree.accelerate_distance_queries();
-  impl_->segments = feature_segments(surface);
-  impl_->lines.rebuild(impl_->segments.cbegin(), impl_->segments.cend());
-  if (!impl_->segments.empty()) impl_->lines.accelerate_distance_queries();
 }
 
 SurfaceSearch::~SurfaceSearch() = default;
@@ -119,31 +89,6 @@ std::optional<SurfaceSearch::Hit> SurfaceSearch::nearest_on_side(const Vec3& poi
     best = Hit{point + way * normal, number(hit)};
   }
   return best;
-}
-
-std::optional<Vec3> SurfaceSearch::nearest_on_line(const Vec3& from, const Vec3& to,
-                                                   const Vec3& between) const {
-  if (impl_->segments.empty()) return std::nullopt;
-  const Vec3 way = to - from;
-  const double on_it = 1e-7 * way.norm();
-  for (const Vec3& end : {from, to})
-    if ((coordinates(impl_->lines.closest_point(facet_point(end))) - end).norm() > on_it)
-      return std::nullopt;
-  const auto [at, segment] = impl_->lines.closest_point_and_primitive(facet_point(between));
-  const Vec3 along = coordinates(segment->target()) - coordinates(segment->source());
-  constexpr double same_way = 0.7;
-  if (std::abs(along.dot(way)) < same_way * along.norm() * way.norm()) return std::nullopt;
-  return coordinates(at);
-}
-
-SurfaceProjection SurfaceSearch::projection() const {
-  return {[this](const Vec3& point, const Vec3& normal) -> Vec3 {
-            const auto hit = nearest_on_side(point, normal);
-            return hit ? hit->point : point;
-          },
-          [this](const Vec3& from, const Vec3& to, const Vec3& between) {
-            return nearest_on_line(from, to, between);
-          }};
 }
 
 double SurfaceSearch::thickness_below(std::size_t triangle) const {
