@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "core/error.hpp"
@@ -14,6 +16,7 @@
 #include "solvers/mesh/readers/read_mesh.hpp"
 #include "solvers/mesh/tetrahedra/detail/feature_lines.hpp"
 #include "solvers/mesh/tetrahedra/detail/remesh.hpp"
+#include "tests/solvers/test_surfaces.hpp"
 #include "tests/solvers/written_files.hpp"
 
 namespace carillon::test {
@@ -315,16 +318,18 @@ TEST(Tetrahedralise, FlatElementsOfAPlateAreMended) {
 TEST(Remesh, FollowsSizesThatChange) {
   const auto box = box_surface({0.1, 0.1, 0.1});
   auto fine = solvers::mesh::tetrahedra::remesh(box, std::vector<double>(8, 0.01),
+                                                std::vector<bool>(8, false),
                                                 solvers::mesh::tetrahedra::SurfaceSearch(box));
   EXPECT_NEAR(solvers::mesh::signed_volume(fine), 1e-3, 1e-15);
-  EXPECT_FALSE(solvers::mesh::tetrahedra::intersects_itself(fine));
+  EXPECT_TRUE(solvers::mesh::tetrahedra::crossings(fine).empty());
   // Small at one end, large at the other: edges follow.
   const solvers::mesh::tetrahedra::SurfaceSearch search(fine);
   std::vector<double> sizes;
   for (const auto& v : fine.vertices) sizes.push_back(0.006 + 0.2 * v.x());
-  const auto graded = solvers::mesh::tetrahedra::remesh(fine, sizes, search);
+  const auto graded = solvers::mesh::tetrahedra::remesh(
+      fine, sizes, std::vector<bool>(sizes.size(), false), search);
   EXPECT_NEAR(solvers::mesh::signed_volume(graded), 1e-3, 1e-12);
-  EXPECT_FALSE(solvers::mesh::tetrahedra::intersects_itself(graded));
+  EXPECT_TRUE(solvers::mesh::tetrahedra::crossings(graded).empty());
   double small = 0, large = 0;
   int few = 0, many = 0;
   for (const auto& t : graded.triangles)
@@ -342,6 +347,23 @@ TEST(Remesh, FollowsSizesThatChange) {
   EXPECT_LT(small / many, 0.01);
   EXPECT_GT(large / few, 0.0144);
   EXPECT_LT(large / few, 0.026);
+}
+
+TEST(Remesh, KeepsTheSidesOfAThinWallApart) {
+  const auto bowl = test::bowl_surface(0.07, 0.001, 24);
+  const solvers::mesh::tetrahedra::SurfaceSearch search(bowl);
+  auto field = solvers::mesh::tetrahedra::measure_sizes(bowl, search);
+  // Sizes that know nothing of how the wall bends.
+  std::fill(field.radius.begin(), field.radius.end(), std::numeric_limits<double>::infinity());
+  std::fill(field.thickness.begin(), field.thickness.end(), 1.0);
+  const std::vector<double> sizes(bowl.vertices.size(), 0.03);
+  const std::vector<bool> none(bowl.vertices.size(), false);
+  const auto crossed = solvers::mesh::tetrahedra::remesh(bowl, sizes, none, search);
+  ASSERT_FALSE(solvers::mesh::tetrahedra::crossings(crossed).empty());
+  const auto apart = solvers::mesh::tetrahedra::remesh_apart(bowl, field, 0.03, 1, search);
+  ASSERT_TRUE(apart);
+  EXPECT_TRUE(solvers::mesh::tetrahedra::crossings(*apart).empty());
+  EXPECT_LT(apart->triangles.size(), bowl.triangles.size());
 }
 
 TEST(Tetrahedralise, ScannedAndDesignedShapes) {

@@ -72,18 +72,17 @@ RemeshPlan make_plan(const SizeField& field, const SurfaceMesh& surface,
 /// @throws SolverError  the remeshed surface crosses itself or lost volume, or Gmsh's reason
 TetMesh fill_remeshed(const SurfaceMesh& surface, const RemeshPlan& plan, const SizeField& field,
                       const SurfaceSearch& search) {
-  const SurfaceMesh fitted =
-      remesh(surface, vertex_sizes(surface, field, plan.coarsest, plan.relax), search);
-  // Remeshing must not lose a piece or close a hole in a handle.
-  if (fitted.triangles.empty() || intersects_itself(fitted))
+  const auto remeshed = remesh_apart(surface, field, plan.coarsest, plan.relax, search);
+  if (!remeshed || remeshed->triangles.empty())
     throw core::SolverError(
         fmt::format("remeshed to edges of {:.3g} m the surface crosses itself", plan.coarsest));
-  const double volume = signed_volume(fitted);
+  // Remeshing must not lose a piece or close a hole in a handle.
+  const double volume = signed_volume(*remeshed);
   if (std::abs(volume - field.volume) > 0.05 * field.volume)
     throw core::SolverError(
         fmt::format("remeshed to edges of {:.3g} m the surface encloses {:.3g} of its volume",
                     plan.coarsest, volume / field.volume));
-  return fill_with_tetrahedra(fitted);
+  return fill_with_tetrahedra(*remeshed);
 }
 
 /// Elements of the wanted order on the surface, with its volume.

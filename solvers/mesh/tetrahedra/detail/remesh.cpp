@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <iterator>
 #include <numbers>
 
 #include "solvers/mesh/simplify/cgal_mesh.hpp"
@@ -31,12 +32,12 @@ constexpr double thin = 0.05;
 /// Feature lines that end somewhere are noise of a scan below this many edges, not design.
 constexpr double shortest_line = 3;
 
-enum class Kind : char { free, line, corner };
+enum class Kind : char { free, line, corner, fixed };
 
 class Remesher {
  public:
   Remesher(const SurfaceMesh& surface, const std::vector<double>& sizes,
-           const SurfaceSearch& search)
+           const std::vector<bool>& fixed, const SurfaceSearch& search)
       : surface_(surface),
         sizes_(sizes),
         search_(search),
@@ -46,6 +47,8 @@ class Remesher {
     size_ = mesh_.add_property_map<Vertex, double>("v:size", 0).first;
     for (const Vertex v : mesh_.vertices()) size_[v] = sizes[static_cast<std::size_t>(v)];
     mark_features();
+    for (const Vertex v : mesh_.vertices())
+      if (fixed[static_cast<std::size_t>(v)]) kind_[v] = Kind::fixed;
   }
 
   SurfaceMesh run() {
@@ -60,6 +63,9 @@ class Remesher {
   }
 
  private:
+  bool is_fixed(Edge e) const {
+    return kind_[mesh_.vertex(e, 0)] == Kind::fixed && kind_[mesh_.vertex(e, 1)] == Kind::fixed;
+  }
   Vec3 at(Vertex v) const { return simplify::from_cgal(mesh_.point(v)); }
   void move(Vertex v, const Vec3& p) { mesh_.point(v) = simplify::to_cgal(p); }
   double length(Edge e) const { return (at(mesh_.vertex(e, 0)) - at(mesh_.vertex(e, 1))).norm(); }
@@ -129,7 +135,7 @@ class Remesher {
                      [&](Edge a, Edge b) { return length(a) > length(b); });
     for (std::size_t i = 0; i < edges.size(); ++i) {
       const Edge e = edges[i];
-      if (length(e) <= too_long * wanted(e)) continue;
+      if (is_fixed(e) || length(e) <= too_long * wanted(e)) continue;
       const bool was_feature = feature_[e];
       const Halfedge h = mesh_.halfedge(e);
       const Vertex a = mesh_.source(h), b = mesh_.target(h);
@@ -155,7 +161,7 @@ class Remesher {
   /// Whether `gone` may slide along the half-edge to its target.
   bool may_collapse(Halfedge h) const {
     const Vertex gone = mesh_.source(h), kept = mesh_.target(h);
-    if (kind_[gone] > kind_[kept]) return false;
+    if (kind_[gone] == Kind::fixed || kind_[gone] > kind_[kept]) return false;
     const bool leaves_line = kind_[gone] == Kind::line && !feature_[mesh_.edge(h)];
     if (kind_[gone] == Kind::corner || leaves_line) {
       const double size = wanted(mesh_.edge(h));
@@ -230,7 +236,7 @@ class Remesher {
 
   void flip_edges() {
     for (const Edge e : live_edges()) {
-      if (feature_[e]) continue;
+      if (feature_[e] || is_fixed(e)) continue;
       const Halfedge h = mesh_.halfedge(e), o = mesh_.opposite(h);
       const Vertex a = mesh_.source(h), b = mesh_.target(h);
       const Vertex c = mesh_.target(mesh_.next(h)), d = mesh_.target(mesh_.next(o));
@@ -334,12 +340,58 @@ class Remesher {
 }  // namespace
 
 SurfaceMesh remesh(const SurfaceMesh& surface, const std::vector<double>& sizes,
-                   const SurfaceSearch& search) {
-  return Remesher(surface, sizes, search).run();
+                   const std::vector<bool>& fixed, const SurfaceSearch& search) {
+  return Remesher(surface, sizes, fixed, search).run();
 }
 
-bool intersects_itself(const SurfaceMesh& surface) {
-  return CGAL::Polygon_mesh_processing::does_self_intersect(simplify::closed_cgal_mesh(surface));
+std::vector<std::pair<std::size_t, std::size_t>> crossings(const SurfaceMesh& surface) {
+  const simplify::CgalMesh mesh = simplify::closed_cgal_mesh(surface);
+  std::vector<std::pair<simplify::CgalMesh::Face_index, simplify::CgalMesh::Face_index>> found;
+  CGAL::Polygon_mesh_processing::self_intersections(mesh, std::back_inserter(found));
+  std::vector<std::pair<std::size_t, std::size_t>> pairs;
+  for (const auto& [a, b] : found) pairs.emplace_back(a, b);
+  return pairs;
+}
+
+std::optional<SurfaceMesh> remesh_apart(const SurfaceMesh& surface, const SizeField& field,
+                                        double coarsest, double relax,
+                                        const SurfaceSearch& search) {
+  constexpr int tries = 8;
+  constexpr int halvings = 2;
+  const std::vector<double> wanted = vertex_sizes(surface, field, coarsest, relax);
+  std::vector<double> sizes = wanted;
+  std::vector<bool> fixed(sizes.size(), false);
+  std::vector<int> halved(sizes.size(), 0);
+  for (int attempt = 0; attempt < tries; ++attempt) {
+    SurfaceMesh fitted = remesh(surface, sizes, fixed, search);
+    const auto pairs = crossings(fitted);
+    if (pairs.empty()) return fitted;
+    // Every vertex as near to a crossing triangle's middle as twice its corners are.
+    std::vector<bool> near(sizes.size(), false);
+    for (const auto& [a, b] : pairs)
+      for (const std::size_t t : {a, b}) {
+        const auto corner = [&](std::size_t i) {
+          return fitted.vertices[static_cast<std::size_t>(fitted.triangles[t][i])];
+        };
+        const Vec3 middle = (corner(0) + corner(1) + corner(2)) / 3;
+        double reach = 0;
+        for (std::size_t i = 0; i < 3; ++i)
+          reach = std::max(reach, 4 * (corner(i) - middle).squaredNorm());
+        for (std::size_t v = 0; v < near.size(); ++v)
+          near[v] = near[v] || (surface.vertices[v] - middle).squaredNorm() <= reach;
+      }
+    bool changed = false;
+    for (std::size_t v = 0; v < near.size(); ++v) {
+      if (near[v] && !fixed[v]) {
+        changed = true;
+        fixed[v] = ++halved[v] > halvings;
+      }
+      sizes[v] = fixed[v] ? wanted[v] : std::ldexp(wanted[v], -halved[v]);
+    }
+    if (!changed) break;
+    limit_growth(surface, sizes);
+  }
+  return std::nullopt;
 }
 
 }  // namespace carillon::solvers::mesh::tetrahedra

@@ -92,13 +92,18 @@ SizeField measure_sizes(const SurfaceMesh& surface, const SurfaceSearch& search)
 
 std::vector<double> vertex_sizes(const SurfaceMesh& surface, const SizeField& field,
                                  double coarsest, double relax) {
-  constexpr double growth = 0.5;
   std::vector<double> sizes(surface.vertices.size(), coarsest);
   for (std::size_t t = 0; t < surface.triangles.size(); ++t)
     for (std::int32_t v : surface.triangles[t]) {
       auto& size = sizes[static_cast<std::size_t>(v)];
-      size = std::min(size, std::max(coarsest / 16, field.limit(t, relax)));
+      size = std::min(size, field.edge(t, coarsest, relax));
     }
+  limit_growth(surface, sizes);
+  return sizes;
+}
+
+void limit_growth(const SurfaceMesh& surface, std::vector<double>& sizes) {
+  constexpr double growth = 0.5;
   // Dijkstra's walk from the smallest sizes outwards.
   std::vector<std::vector<std::int32_t>> around(sizes.size());
   for (const Triangle& t : surface.triangles)
@@ -121,26 +126,26 @@ std::vector<double> vertex_sizes(const SurfaceMesh& surface, const SizeField& fi
       waiting.emplace(reached, n);
     }
   }
-  return sizes;
 }
 
-double SizeField::limit(std::size_t triangle, double relax) const {
-  const double flattest = max_aspect * thickness[triangle];
+double SizeField::edge(std::size_t triangle, double coarsest, double relax) const {
+  const double finest = coarsest / 16;
   const double r = relax * radius[triangle];
-  return std::isfinite(r) ? std::min(flattest, max_chord(r, thickness[triangle])) : flattest;
+  const double bend = std::isfinite(r) ? max_chord(r, thickness[triangle]) : infinite;
+  return std::clamp(std::min(bend, max_aspect * thickness[triangle]), finest, coarsest);
 }
 
-double SizeField::triangles(double edge, double relax) const {
+double SizeField::triangles(double coarsest, double relax) const {
   double sum = 0;
   for (std::size_t t = 0; t < area.size(); ++t) {
-    const double size = std::min(edge, limit(t, relax));
-    if (size > 0) sum += area[t] / (0.433 * size * size);
+    const double size = edge(t, coarsest, relax);
+    sum += area[t] / (0.433 * size * size);
   }
   return sum;
 }
 
-double SizeField::tetrahedra(double edge, double relax) const {
-  return 1.5 * triangles(edge, relax) + 5 * volume / (edge * edge * edge);
+double SizeField::tetrahedra(double coarsest, double relax) const {
+  return 1.5 * triangles(coarsest, relax) + 5 * volume / std::pow(coarsest, 3);
 }
 
 }  // namespace carillon::solvers::mesh::tetrahedra

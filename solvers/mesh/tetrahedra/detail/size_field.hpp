@@ -14,19 +14,21 @@ struct SizeField {
   double volume = 0;              ///< enclosed [m^3]
   double total_area = 0;          ///< [m^2]
 
-  /// Largest edge [m] that follows the surface here: 10 times the wall, 30 degrees of bending and a
-  /// sagitta of a third of the wall, for a surface taken to bend `relax` times less than measured.
-  double limit(std::size_t triangle, double relax) const;
-  /// Triangles and tetrahedra of a mesh with edges of at most `edge`.
-  double triangles(double edge, double relax) const;
-  double tetrahedra(double edge, double relax) const;
+  /// Edge [m] that follows the surface here: 10 times the wall, 30 degrees of bending and a sagitta
+  /// of a third of the wall, for a surface taken to bend `relax` times less than measured;
+  /// `coarsest` at most and a sixteenth of it at least.
+  double edge(std::size_t triangle, double coarsest, double relax) const;
+  /// Triangles and tetrahedra of a mesh with such edges.
+  double triangles(double coarsest, double relax) const;
+  double tetrahedra(double coarsest, double relax) const;
 };
 
-/// Wanted edge lengths at the vertices: the tightest limit of the faces around and of feature
-/// lines that bend, `coarsest` at most and a sixteenth of it at least,
-/// growing by no more than half of the way between.
+/// Wanted edge lengths [m] at the vertices: the smallest of the faces around, with limited growth.
 std::vector<double> vertex_sizes(const SurfaceMesh& surface, const SizeField& field,
                                  double coarsest, double relax);
+
+/// Lowers sizes where they grow by more than half of the way between vertices.
+void limit_growth(const SurfaceMesh& surface, std::vector<double>& sizes);
 
 SizeField measure_sizes(const SurfaceMesh& surface, const SurfaceSearch& search);
 
