@@ -84,6 +84,7 @@ void visit_fields(D& d, Visit visit) {
     visit("actions", d.actions);
     visit("volume_change", d.volume_change);
     visit("area_change", d.area_change);
+    visit("swallowed_volume", d.swallowed_volume);
   } else if constexpr (std::is_same_v<Plain, MeshQuality>) {
     visit("elements", d.elements);
     visit("nodes", d.nodes);

@@ -72,6 +72,8 @@ struct RepairReport {
   std::vector<std::string> actions;  ///< in words, in order
   double volume_change = 0;          ///< relative; NaN when the input had no volume
   double area_change = 0;            ///< relative
+  /// Of inner surfaces that look outward, so that they were taken for solid [m^3].
+  double swallowed_volume = 0;
 };
 
 struct MeshResult {

@@ -1,6 +1,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <map>
+#include <numbers>
 #include <set>
 #include <utility>
 
@@ -38,15 +39,45 @@ double patch_area(const SurfaceMesh& mesh, const std::vector<Triangle>& patch) {
   return twice / 2;
 }
 
-/// Whether a hole is a defect of a closed surface rather than the mouth of an open one. A few
-/// missing triangles may be large in a coarse mesh; a scan's holes may have many sides, but they
-/// are small beside the whole.
-bool is_defect(std::size_t sides, double length, double patch, const HoleLimits& limits) {
+/// Share of a rim's length along which the patch and the surface meet at no more than an angle.
+double rim_share(const SurfaceMesh& mesh, const HoleLoop& loop, const std::vector<Triangle>& patch,
+                 double angle_deg) {
+  const auto normal = [&mesh](std::int32_t a, std::int32_t b, std::int32_t c) -> Vec3 {
+    return (at(mesh, b) - at(mesh, a)).cross(at(mesh, c) - at(mesh, a));
+  };
+  std::map<std::pair<std::int32_t, std::int32_t>, Vec3> inside;
+  for (const Triangle& t : patch) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      inside[{t[i], t[(i + 1) % 3]}] = normal(t[0], t[1], t[2]);
+    }
+  }
+  double met = 0;
+  for (std::size_t i = 0; i < loop.vertices.size(); ++i) {
+    const std::int32_t from = loop.vertices[i];
+    const std::int32_t to = loop.vertices[(i + 1) % loop.vertices.size()];
+    const auto found = inside.find({from, to});
+    if (found == inside.end()) continue;
+    const Vec3 outside = normal(to, from, loop.opposite[i]);
+    if (angle_between(found->second, outside) > angle_deg * std::numbers::pi / 180) continue;
+    met += (at(mesh, to) - at(mesh, from)).norm();
+  }
+  return met / perimeter(mesh, loop);
+}
+
+/// Whether a hole is a defect of a closed surface rather than the mouth of a sheet: a patch folds
+/// along the whole rim of a mouth. A patch in the plane of what surrounds it closes a face. Else a few missing triangles may be large in a coarse mesh; a scan's holes may have many sides,
+/// but they are small beside the whole.
+bool is_defect(const SurfaceMesh& mesh, const HoleLoop& loop, const std::vector<Triangle>& patch,
+               bool main_piece, const HoleLimits& limits) {
+  const std::size_t sides = loop.vertices.size();
   if (sides <= 3) return true;
-  const double fraction = patch / limits.area;
+  const double fraction = patch_area(mesh, patch) / limits.area;
   if (limits.gaps_only) return sides <= 8 && fraction < 0.02;
-  return (sides <= 8 && fraction < 0.1) || (length < 0.25 * limits.diagonal && fraction < 0.05) ||
-         fraction < 0.02;
+  constexpr double fold_deg = 40, flush_deg = 5, flush_share = 0.2;
+  if (main_piece && rim_share(mesh, loop, patch, fold_deg) < 0.1) return false;
+  if (rim_share(mesh, loop, patch, flush_deg) > flush_share) return fraction < max_area;
+  return (sides <= 8 && fraction < 0.1) ||
+         (perimeter(mesh, loop) < 0.25 * limits.diagonal && fraction < 0.05) || fraction < 0.02;
 }
 
 Triangle sorted(Triangle t) {
@@ -116,6 +147,21 @@ HoleCount fill_holes(SurfaceMesh& mesh, const HoleLimits& limits) {
     ++count.left;
     count.largest_perimeter = std::max(count.largest_perimeter, perimeter(mesh, loop));
   };
+  // Small pieces may end inside of the others, where a patch does no harm.
+  const auto component = edge_components(mesh.triangles);
+  std::vector<double> piece_area;
+  std::vector<std::int32_t> piece_of(mesh.vertices.size(), 0);
+  for (std::size_t t = 0; t < component.size(); ++t) {
+    const auto c = static_cast<std::size_t>(component[t]);
+    if (piece_area.size() <= c) piece_area.resize(c + 1, 0);
+    piece_area[c] += patch_area(mesh, {mesh.triangles[t]});
+    for (const std::int32_t v : mesh.triangles[t])
+      piece_of[static_cast<std::size_t>(v)] = component[t];
+  }
+  const auto in_main_piece = [&](const HoleLoop& loop) {
+    const auto v = static_cast<std::size_t>(loop.vertices.front());
+    return piece_area[static_cast<std::size_t>(piece_of[v])] > 0.5 * limits.area;
+  };
   double filled_area = 0;
   std::vector<Triangle> added;
   for (const HoleLoop& loop : loops) {
@@ -131,8 +177,8 @@ HoleCount fill_holes(SurfaceMesh& mesh, const HoleLimits& limits) {
       return present.count(sorted(t)) > 0;
     });
     const double size = patch_area(mesh, patch);
-    if (patch.size() + 2 != sides || !fresh ||
-        !is_defect(sides, perimeter(mesh, loop), size, limits)) {
+    if (patch.size() + 2 != sides || !fresh || 
+        !is_defect(mesh, loop, patch, in_main_piece(loop), limits)) {
       leave(loop);
       continue;
     }

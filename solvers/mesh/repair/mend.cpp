@@ -9,6 +9,8 @@
 #include <CGAL/utility.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
 #include <exception>
 #include <iterator>
 
@@ -126,6 +128,45 @@ std::optional<SurfaceMesh> unite(const std::vector<SurfaceMesh>& bodies) {
     return {};  // rounding has made an operand intersect itself, or a CGAL check failed
   }
   return from_cgal(whole);
+}
+
+std::optional<SurfaceMesh> subtract(const SurfaceMesh& body, const SurfaceMesh& hollow) {
+  CgalMesh whole;
+  CgalMesh inner;
+  CgalMesh rest;
+  if (!to_cgal_mesh(body, whole) || !to_cgal_mesh(hollow, inner)) return {};
+  try {
+    if (!pmp::corefine_and_compute_difference(whole, inner, rest,
+                                              CGAL::parameters::throw_on_self_intersection(true)) ||
+        !pmp::remove_degenerate_faces(rest)) {
+      return {};
+    }
+  } catch (const std::exception&) {
+    return {};
+  }
+  return from_cgal(rest);
+}
+
+bool only_touch(const SurfaceMesh& one, const SurfaceMesh& other) {
+  CgalMesh a;
+  CgalMesh b;
+  CgalMesh both;
+  CgalMesh common;
+  if (!to_cgal_mesh(one, a) || !to_cgal_mesh(other, b)) return false;
+  std::array<boost::optional<CgalMesh*>, 4> wanted;
+  wanted[pmp::Corefinement::UNION] = &both;
+  wanted[pmp::Corefinement::INTERSECTION] = &common;
+  try {
+    const auto made = pmp::corefine_and_compute_boolean_operations(
+        a, b, wanted, CGAL::parameters::throw_on_self_intersection(true));
+    if (!made[pmp::Corefinement::INTERSECTION] || common.number_of_faces() > 0) return false;
+    // Bodies that share a face become one.
+    if (!made[pmp::Corefinement::UNION]) return true;
+    const auto component = edge_components(from_cgal(both).triangles);
+    return std::any_of(component.begin(), component.end(), [](auto c) { return c > 0; });
+  } catch (const std::exception&) {
+    return false;
+  }
 }
 
 }  // namespace carillon::solvers::mesh::repair

@@ -29,10 +29,16 @@ constexpr double local_volume_change = 0.02;
 constexpr double wrap_volume_change = 0.2;
 /// Share of open edges from which triangles are a loose heap rather than a surface.
 constexpr double loose_edges = 0.25;
+/// Triangles in a piece, on average, from which such a heap is a sheet.
+constexpr std::size_t sheet_triangles = 4;
 /// A wrap with so much more area than the triangles has wrapped both of their sides.
 constexpr double coat_area = 1.5;
 /// Alpha of the wraps that are tried, in offsets: fine ones keep hollows, coarse ones close gaps.
 constexpr double alphas[] = {5, 10, 20};
+/// Parts of the offset asked for that are tried where that wraps gaps or walls away.
+constexpr double finer[] = {1, 0.4};
+/// Share of a surface's sides that a wrap may misplace before it is another body.
+constexpr double wrap_misplaced = 0.03;
 
 /// The state of one repair.
 struct Patient {
@@ -176,27 +182,32 @@ std::optional<SurfaceMesh> mend(const SurfaceMesh& mesh, Patient& patient) {
   patient.volume = nested_volume(*closed);
   auto local = without_local_intersections(std::move(*closed), patient);
   if (!local) return {};
-  auto body = resolve_pieces(*local, patient.trusted, patient.report.actions);
-  if (!body) return {};
-  return verified(std::move(*body));
+  if (auto body = resolve_pieces(*local, patient.trusted, patient.report)) {
+    if (auto good = verified(std::move(*body))) return good;
+  }
+  if (!held_together(*local)) {
+    refuse(patient, "bodies touch in an edge or a point alone, where nothing holds them together",
+           "bodies that belong together must share a face or overlap; others need a gap");
+  }
+  return {};
 }
 
 /// A sheet with the thickness that was asked for: offset if that works, else wrapped.
 SurfaceMesh thickened(const SurfaceMesh& sheet, Patient& patient) {
   const double thickness = patient.file.thickness;
   ManifoldChanges changes;
-  const auto said = patient.report.actions.size();
+  const RepairReport so_far = patient.report;
   if (auto manifold = make_manifold(sheet, changes)) {
     std::vector<SurfaceMesh> pieces = split(*manifold, edge_components(manifold->triangles));
     for (SurfaceMesh& piece : pieces) {
       if (!is_closed_and_oriented(piece.triangles)) piece = thicken(piece, thickness);
     }
     patient.say(fmt::format("gave open sheets a thickness of {:.6g} m", thickness));
-    if (auto body = resolve_pieces(join(pieces), patient.trusted, patient.report.actions)) {
+    if (auto body = resolve_pieces(join(pieces), patient.trusted, patient.report)) {
       if (auto good = verified(std::move(*body))) return std::move(*good);
     }
   }
-  patient.report.actions.resize(said);
+  patient.report = so_far;
   const double alpha = std::max(thickness, 0.01 * patient.diagonal);
   SurfaceMesh wrap = alpha_wrap(sheet, alpha, thickness / 2);
   const double expected = area(sheet) * thickness;
@@ -214,29 +225,45 @@ SurfaceMesh thickened(const SurfaceMesh& sheet, Patient& patient) {
 SurfaceMesh wrapped(const SurfaceMesh& mesh, Patient& patient) {
   const OpenEdges edges = count_open(mesh);
   if (static_cast<double>(edges.open) > loose_edges * static_cast<double>(edges.all)) {
-    refuse(patient,
-           fmt::format("the triangles are loose and bound no body: {} of {} edges are open",
-                       edges.open, edges.all),
-           "export the object as one connected surface");
+    const auto component = edge_components(mesh.triangles);
+    const auto pieces = static_cast<std::size_t>(
+        1 + *std::max_element(component.begin(), component.end()));
+    if (sheet_triangles * pieces > mesh.triangles.size())
+      refuse(patient,
+             fmt::format("the triangles are loose and bound no body: {} of {} edges are open",
+                         edges.open, edges.all),
+             "export the object as one connected surface");
+    refuse(patient, "the surface is a sheet and bounds no body", sheet_hint);
   }
-  const double offset = patient.file.wrap_tolerance * patient.diagonal;
   const double given_area = area(mesh);
-  double change = 0;
-  for (const double multiple : alphas) {
-    const SurfaceMesh coarse = alpha_wrap(mesh, multiple * offset, offset);
-    if (edges.open > 0 && area(coarse) > coat_area * given_area) continue;
-    auto body = verified(shrink_onto(coarse, mesh));
-    if (!body) continue;
-    if (patient.volume) {
-      change = signed_volume(*body) / *patient.volume - 1;
-      const bool too_small = change < -wrap_volume_change && !patient.overlapping;
-      if (too_small || change > wrap_volume_change) continue;
+  double change = 0, misplaced = 0;
+  for (const double part : finer) {
+    const double offset = part * patient.file.wrap_tolerance * patient.diagonal;
+    for (const double multiple : alphas) {
+      const SurfaceMesh coarse = alpha_wrap(mesh, multiple * offset, offset);
+      if (edges.open > 0 && area(coarse) > coat_area * given_area) continue;
+      auto body = verified(shrink_onto(coarse, mesh));
+      if (!body) continue;
+      misplaced = misplaced_share(mesh, *body, offset);
+      if (misplaced > wrap_misplaced) continue;
+      if (patient.volume) {
+        change = signed_volume(*body) / *patient.volume - 1;
+        const bool too_small = change < -wrap_volume_change && !patient.overlapping;
+        if (too_small || change > wrap_volume_change) continue;
+      }
+      patient.say(
+          fmt::format("wrapped (alpha {:.3g} m, offset {:.3g} m) and drew the wrap onto the "
+                      "triangles",
+                      multiple * offset, offset));
+      return std::move(*body);
     }
-    patient.say(
-        fmt::format("wrapped (alpha {:.3g} m, offset {:.3g} m) and drew the wrap onto the "
-                    "triangles",
-                    multiple * offset, offset));
-    return std::move(*body);
+  }
+  if (misplaced > wrap_misplaced) {
+    refuse(patient,
+           fmt::format("a wrap would close gaps or lose walls: {:.0f} % of the surface would not be "
+                       "one any more",
+                       100 * misplaced),
+           "mend it in a modeller; a smaller wrap tolerance may keep thin walls and gaps");
   }
   if (std::abs(change) > wrap_volume_change) {
     refuse(patient, fmt::format("a wrap would change the volume by {:+.0f} %", 100 * change),
@@ -277,9 +304,9 @@ SurfaceMesh treat(SurfaceMesh work, Patient& patient) {
     if (sheet_wanted) return thickened(work, patient);
     return wrapped(work, patient);
   }
-  const auto said = patient.report.actions.size();
+  const RepairReport so_far = patient.report;
   if (auto body = mend(work, patient)) return std::move(*body);
-  patient.report.actions.resize(said);
+  patient.report = so_far;
   return wrapped(work, patient);
 }
 

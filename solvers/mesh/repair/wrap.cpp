@@ -4,6 +4,8 @@
 #include <CGAL/alpha_wrap_3.h>
 
 #include <algorithm>
+#include <cmath>
+#include <utility>
 
 #include "solvers/mesh/repair/detail/intersections.hpp"
 #include "solvers/mesh/repair/detail/repair_steps.hpp"
@@ -24,6 +26,40 @@ constexpr double first_fraction = 0.98;
 /// Halvings of the fraction where triangles intersect; after them it is zero.
 constexpr int halvings = 8;
 
+Triangles sound_triangles(const SurfaceMesh& soup) {
+  Triangles triangles;
+  for (const Triangle& t : soup.triangles) {
+    const auto p = [&](std::size_t i) {
+      return to_cgal(soup.vertices[static_cast<std::size_t>(t[i])]);
+    };
+    const Kernel::Triangle_3 triangle(p(0), p(1), p(2));
+    if (!triangle.is_degenerate()) triangles.push_back(triangle);
+  }
+  return triangles;
+}
+
+/// Points of a surface spread evenly over its area, with the normals there.
+std::vector<std::pair<Vec3, Vec3>> spread_points(const Triangles& triangles, std::size_t count) {
+  std::vector<double> end;
+  double area = 0;
+  for (const auto& t : triangles) end.push_back(area += std::sqrt(t.squared_area()));
+  std::vector<std::pair<Vec3, Vec3>> points;
+  // Weyl's sequences on the square, folded on to the triangle.
+  constexpr double plastic = 0.7548776662466927, squared = 0.5698402909980532;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double at = area * (static_cast<double>(i) + 0.5) / static_cast<double>(count);
+    const auto found = std::lower_bound(end.begin(), end.end(), at);
+    const auto& t = triangles[static_cast<std::size_t>(found - end.begin())];
+    double u = std::fmod(plastic * static_cast<double>(i + 1), 1);
+    double v = std::fmod(squared * static_cast<double>(i + 1), 1);
+    if (u + v > 1) u = 1 - u, v = 1 - v;
+    const Vec3 a = simplify::from_cgal(t[0]);
+    const Vec3 ab = simplify::from_cgal(t[1]) - a, ac = simplify::from_cgal(t[2]) - a;
+    points.emplace_back(a + u * ab + v * ac, ab.cross(ac).normalized());
+  }
+  return points;
+}
+
 }  // namespace
 
 SurfaceMesh alpha_wrap(const SurfaceMesh& soup, double alpha, double offset) {
@@ -34,14 +70,7 @@ SurfaceMesh alpha_wrap(const SurfaceMesh& soup, double alpha, double offset) {
 }
 
 SurfaceMesh shrink_onto(const SurfaceMesh& wrap, const SurfaceMesh& soup) {
-  Triangles triangles;
-  for (const Triangle& t : soup.triangles) {
-    const auto p = [&](std::size_t i) {
-      return to_cgal(soup.vertices[static_cast<std::size_t>(t[i])]);
-    };
-    const Kernel::Triangle_3 triangle(p(0), p(1), p(2));
-    if (!triangle.is_degenerate()) triangles.push_back(triangle);
-  }
+  const Triangles triangles = sound_triangles(soup);
   const Tree tree(triangles.cbegin(), triangles.cend());
   std::vector<Vec3> target;
   for (const Vec3& v : wrap.vertices) {
@@ -78,6 +107,43 @@ SurfaceMesh shrink_onto(const SurfaceMesh& wrap, const SurfaceMesh& soup) {
     }
   }
   return wrap;
+}
+
+double misplaced_share(const SurfaceMesh& soup, const SurfaceMesh& body, double reach) {
+  constexpr std::size_t count = 500;
+  const Triangles triangles = sound_triangles(soup);
+  const Tree tree(triangles.cbegin(), triangles.cend());
+  std::size_t wrong = 0;
+  for (const auto& [point, normal] : spread_points(triangles, count)) {
+    for (const double side : {1.0, -1.0}) {
+      // The ray begins beside its own triangle.
+      const Vec3 way = side * normal, from = point + 1e-3 * reach * way;
+      double free = 2 * reach;
+      if (const auto hit =
+              tree.first_intersection(Kernel::Ray_3(to_cgal(from), to_cgal(Vec3(from + way))))) {
+        if (const auto* met = boost::get<Kernel::Point_3>(&hit->first)) {
+          free = std::min(free, (simplify::from_cgal(*met) - point).norm());
+        }
+      }
+      const Vec3 beside = point + free / 2 * way;
+      const bool was_inside = std::abs(winding_number(soup, beside)) > 0.5;
+      wrong += (winding_number(body, beside) > 0.5) != was_inside;
+    }
+  }
+  return static_cast<double>(wrong) / (2 * count);
+}
+
+double facing_share(const SurfaceMesh& one, const SurfaceMesh& other, double reach) {
+  constexpr std::size_t count = 300;
+  const Triangles triangles = sound_triangles(other);
+  const Tree tree(triangles.cbegin(), triangles.cend());
+  std::size_t facing = 0;
+  for (const auto& [point, normal] : spread_points(sound_triangles(one), count)) {
+    const Kernel::Segment_3 around(to_cgal(Vec3(point - reach * normal)),
+                                   to_cgal(Vec3(point + reach * normal)));
+    facing += tree.do_intersect(around);
+  }
+  return static_cast<double>(facing) / count;
 }
 
 }  // namespace carillon::solvers::mesh::repair

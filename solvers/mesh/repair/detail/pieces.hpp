@@ -1,9 +1,8 @@
 #pragma once
 
 #include <optional>
-#include <string>
-#include <vector>
 
+#include "solvers/mesh/shape_source.hpp"
 #include "solvers/mesh/surface_mesh.hpp"
 
 namespace carillon::solvers::mesh::repair {
@@ -17,14 +16,19 @@ std::int64_t drop_debris(SurfaceMesh& mesh);
 /// cavities.
 double nested_volume(const SurfaceMesh& mesh);
 
-/// Settles how closed pieces belong together: those that meet are united, outer ones look outward;
-/// an inner one that looks the other way than the piece around it is a cavity, one that looks the
-/// same way is swallowed (its material is there already).
+/// Settles how closed pieces belong together. Those that meet are united; one that looks inward and
+/// lies in the others for the most part is taken out of them. Outer pieces look outward; an inner
+/// one that looks the other way than the piece around it is a cavity, one that looks the same way
+/// is swallowed (its material is there already).
 ///
-/// @param trusted   the input's orientations mean something; otherwise inner pieces are cavities
-/// @param actions   what was done, in words
+/// @param trusted  the input's orientations mean something; otherwise inner pieces are cavities
+/// @param report   actions and swallowed volume are added to
 /// @return nothing when pieces that meet cannot be united
 std::optional<SurfaceMesh> resolve_pieces(const SurfaceMesh& mesh, bool trusted,
-                                          std::vector<std::string>& actions);
+                                          RepairReport& report);
+
+/// Whether closed pieces that meet are held together by faces or volume that they share: edges and
+/// points alone hold nothing. Of many pieces some may touch the rest alone.
+bool held_together(const SurfaceMesh& mesh);
 
 }  // namespace carillon::solvers::mesh::repair

@@ -45,6 +45,13 @@ std::optional<SurfaceMesh> remove_self_intersections(const SurfaceMesh& mesh);
 /// @return nothing when the union is not a manifold
 std::optional<SurfaceMesh> unite(const std::vector<SurfaceMesh>& bodies);
 
+/// What is left of a body without another (CGAL corefinement); both as unite() takes them.
+/// @return nothing when the rest is not a manifold
+std::optional<SurfaceMesh> subtract(const SurfaceMesh& body, const SurfaceMesh& hollow);
+
+/// Whether two bodies, as unite() takes them, share edges or points and neither volume nor faces.
+bool only_touch(const SurfaceMesh& one, const SurfaceMesh& other);
+
 /// Alpha wrap: the surface a ball of diameter `alpha` leaves free, `offset` away from the
 /// triangles (Portaneri et al. 2022, CGAL).
 SurfaceMesh alpha_wrap(const SurfaceMesh& soup, double alpha, double offset);
@@ -52,6 +59,16 @@ SurfaceMesh alpha_wrap(const SurfaceMesh& soup, double alpha, double offset);
 /// Moves the vertices of a wrap back onto the triangles they wrap, as far as that leaves the
 /// surface free of self-intersections; so walls keep their thickness.
 SurfaceMesh shrink_onto(const SurfaceMesh& wrap, const SurfaceMesh& soup);
+
+/// How far a body is from what triangles bound: the share of points beside them that lie in it but
+/// outside of the triangles (a slot that was closed), or the other way (a wall that was lost). The
+/// triangles may be open; their winding number tells inside from outside (Jacobson et al. 2013).
+/// @param reach  largest distance of the points from their triangles [m]; half of a gap or a wall
+///               where that is less
+double misplaced_share(const SurfaceMesh& soup, const SurfaceMesh& body, double reach);
+
+/// Share of a surface's area from which another one lies within `reach` [m] straight ahead or behind.
+double facing_share(const SurfaceMesh& one, const SurfaceMesh& other, double reach);
 
 /// Two offset sheets, half of `thickness` to either side of an oriented manifold sheet, and walls
 /// along its border.
