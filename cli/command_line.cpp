@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdint>
+#include <regex>
 #include <sstream>
 
 namespace carillon::cli {
@@ -140,6 +141,24 @@ std::string Command::footer() const {
 
 bool Command::has(const std::string& option) const {
   return app_->get_option_no_throw(option) != nullptr;
+}
+
+std::string Command::in_options(const std::string& message) const {
+  std::string text = message;
+  for (const OptionText& option : options()) {
+    for (const std::string& name : option.names) {
+      if (!name.starts_with("--")) continue;
+      std::string key = name.substr(2);
+      std::replace(key.begin(), key.end(), '-', '_');
+      // A value ends where the sentence goes on; a unit may follow it.
+      static const std::string number = "([-+.0-9e]+) ?([A-Za-z]*)|([A-Za-z]+)";
+      const std::regex setting("\\b" + key + ": (?:" + number + ")");
+      text = std::regex_replace(text, setting, option.takes_value ? name + " $1$2$3" : name);
+      if (key.find('_') != std::string::npos)
+        text = std::regex_replace(text, std::regex("\\b" + key + "\\b"), name);
+    }
+  }
+  return text;
 }
 
 std::vector<OptionText> Command::options() const {

@@ -93,6 +93,9 @@ class Command {
   std::string summary() const;
   std::string footer() const;
   bool has(const std::string& option) const;
+  /// A message in the words of this command: keys of a configuration that are options here, as in
+  /// `length: 6 mm` or `max_elements`, become `--length 6mm` and `--max-elements`.
+  std::string in_options(const std::string& message) const;
   /// In the order of help.
   std::vector<OptionText> options() const;
 

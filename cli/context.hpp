@@ -9,6 +9,8 @@
 
 namespace carillon::cli {
 
+class Command;
+
 /// What every command gets: the world's ranks and the options before the command's name.
 struct Context {
   MPI_Comm world = MPI_COMM_NULL;    ///< null for a command that needs no ranks and has none
@@ -16,6 +18,7 @@ struct Context {
   bool json = false;                 ///< one JSON document on standard output instead of text
   bool quiet = false;                ///< no progress lines
   std::string cache;                 ///< folder of meshes and modes; empty: none is kept
+  const Command* chosen = nullptr;   ///< that runs
   std::string command;               ///< as it was typed, for files that say what made them
   int exit_code = 0;                 ///< what the command ends with when it throws nothing
 

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "cli/command_line.hpp"
@@ -7,6 +8,7 @@
 #include "core/error.hpp"
 #include "core/units.hpp"
 #include "mpi/comm.hpp"
+#include "solvers/mesh/mesh_warnings.hpp"
 #include "solvers/mesher/mesh_child.hpp"
 
 namespace carillon::cli {
@@ -44,12 +46,14 @@ void print_diagnosis(const std::string& path, const solvers::mesh::Diagnosis& d)
 void add_inspect(Program& program, Context& context) {
   struct Options {
     std::vector<std::string> meshes;
-    std::string length;
+    std::string length, unit;
   };
   Command& command = program.add("inspect", "diagnosis of surface meshes", Needs::nothing);
   auto options = std::make_shared<Options>();
   command.option("mesh", options->meshes, "OBJ, OFF, PLY or STL files").required();
   command.option("--length", options->length, "longest side the object is scaled to, e.g. 12 cm");
+  command.option("--unit", options->unit, "of the file's coordinates: mm, cm, m or inch")
+      .show_default("m");
   command.footer("Example:\n  carillon inspect *.obj");
   command.does([&context, options] {
     if (!context.speaks()) return;
@@ -61,19 +65,25 @@ void add_inspect(Program& program, Context& context) {
       if (!options->length.empty()) {
         file.length = core::parse_quantity(options->length, core::Dimension::length);
       }
+      if (!options->unit.empty()) file.unit = core::parse_unit_of_length(options->unit);
       try {
         const solvers::mesh::Diagnosis diagnosis = solvers::mesher::diagnose_in_child(file, {});
+        file.any_size = false;
+        const std::string question = solvers::mesh::unit_question(
+            file, *std::max_element(diagnosis.extent.begin(), diagnosis.extent.end()), 0);
         if (context.json) {
           nlohmann::json one = solvers::mesh::to_json(diagnosis);
           one["file"] = path;
+          one["unit_question"] = question;
           all.push_back(one);
         } else {
           print_diagnosis(path, diagnosis);
+          if (!question.empty()) fmt::print("  {}\n", context.chosen->in_options(question));
         }
       } catch (const core::Error& error) {
         context.exit_code = mpi::exit_input;
         all.push_back({{"file", path}, {"error", error.message()}});
-        fmt::print(stderr, "carillon: {}\n", error.what());
+        fmt::print(stderr, "carillon: {}\n", context.chosen->in_options(error.what()));
       }
     }
     if (context.json) fmt::print("{}\n", all.dump(2));

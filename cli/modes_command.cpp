@@ -67,6 +67,7 @@ nlohmann::json to_json(const scene::SolvedObject& object,
                           {"linear_solver", solvers::modes::name_of(certificate.linear_solver)}}},
                         {"mesh", solvers::mesh::to_json(object.mesh.quality)},
                         {"repair", solvers::mesh::to_json(object.mesh.repair)},
+                        {"warnings", object.warnings},
                         {"materials", materials},
                         {"mass_kg", object.modes.mass},
                         {"timing", timing}};

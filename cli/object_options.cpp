@@ -1,6 +1,7 @@
 #include "cli/object_options.hpp"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <sstream>
 
@@ -49,6 +50,7 @@ void refuse_idle(const ObjectOptions& options, const std::string& family) {
       "give the shape's own sizes, as in {}:NAME=2cm (carillon list shapes names them)", family);
   const std::string why = fmt::format("{} is generated, not read from a file", family);
   refuse(!options.length.empty(), "--length", why, hint);
+  refuse(!options.unit.empty(), "--unit", why, hint);
   refuse(!options.thickness.empty(), "--thickness", why, hint);
 }
 
@@ -100,7 +102,9 @@ void add_object_options(Command& command, ObjectOptions& options) {
               "physical groups of an MSH file")
       .required();
   command.option("--length", options.length,
-                 "longest side the object is scaled to, e.g. 0.12 m (default: file in metres)");
+                 "longest side the object is scaled to, e.g. 0.12 m (default: as the file says)");
+  command.option("--unit", options.unit, "of the file's coordinates: mm, cm, m or inch")
+      .show_default("m");
   command.option("--thickness", options.thickness, "wall given to open sheets, e.g. 2 mm");
   command.flag("--any-size", options.any_size, "let objects outside 1 mm to 10 m pass");
   command.option("--order", options.order, "order of the elements").range(1, 4).show_default("3");
@@ -147,6 +151,7 @@ scene::Object named_object(const ObjectOptions& options) {
   if (object.family.empty()) {
     refuse_idle(options);
     object.file.length = positive_length(options.length, "--length");
+    if (!options.unit.empty()) object.file.unit = core::parse_unit_of_length(options.unit);
     object.file.thickness = positive_length(options.thickness, "--thickness");
   } else {
     refuse_idle(options, object.family);
@@ -184,7 +189,10 @@ scene::ObjectRequest object_request(const ObjectOptions& options) {
 scene::SolvedObject solve_object(const ObjectOptions& options, const Context& context) {
   scene::ObjectRequest request;
   mpi::agreed(context.world, [&] { request = object_request(options); });
-  return scene::solve_object(request, context.world, context.cache);
+  scene::SolvedObject object = scene::solve_object(request, context.world, context.cache);
+  if (context.speaks())
+    for (const std::string& warning : object.warnings) spdlog::warn("{}: {}", options.mesh, context.chosen->in_options(warning));
+  return object;
 }
 
 Vec3 parse_position(const std::string& text) {

@@ -60,8 +60,10 @@ int succeed(const Context& context) {
   return context.exit_code;
 }
 
-int fail(const Context& context, mpi::ExitCode code, const char* message) {
+int fail(const Context& context, mpi::ExitCode code, const char* what) {
   constexpr double timeout_s = 5;
+  const std::string words = context.chosen->in_options(what);
+  const char* message = words.c_str();
   const auto tell = [&] {
     std::fprintf(stderr, "carillon: rank %d: %s\n", mpi::rank(context.world), message);
   };
@@ -160,6 +162,7 @@ int run(int argc, char** argv, const LearningCommands& learning) {
   if (const auto reply = program.parse(argc, argv)) return tell(*reply, context, argc, argv);
 
   const Command& command = program.chosen();
+  context.chosen = &command;
   Started started;
   try {
     command.begin();

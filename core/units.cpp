@@ -87,10 +87,11 @@ struct Alias {
   std::string_view written;
   std::string_view meant;
 };
-// Characters beyond ASCII that people type or paste.
+// Characters beyond ASCII and words that people type or paste.
 constexpr std::array aliases = {
     Alias{"\u00b5", "u"},  // micro sign
     Alias{"\u03bc", "u"},  // Greek mu
+    Alias{"inches", "in"}, Alias{"inch", "in"},
     Alias{"\u00b3", "^3"}, Alias{"\u00b0", "deg"}, Alias{"\u00b7", "*"}, Alias{"\u00a0", ""},
 };
 
@@ -205,6 +206,13 @@ double parse_quantity(std::string_view text, Dimension dimension) {
     return value;
   }
   refuse_unit(trimmed_text, unit, dimension);
+}
+
+double parse_unit_of_length(std::string_view name) {
+  const std::string unit = plain_unit(name);
+  for (const Unit& known : units)
+    if (known.dimension == Dimension::length && known.name == unit) return known.times / known.over;
+  throw InputError(fmt::format("\"{}\" is no unit of length", name), "write mm, cm, m or inch");
 }
 
 std::string unit_name(Dimension dimension) {

@@ -29,6 +29,10 @@ enum class Dimension {
 /// @throws InputError  not a number, or a unit of another dimension; names the units that fit
 double parse_quantity(std::string_view text, Dimension dimension);
 
+/// [m] of a unit of length by its name: "mm", "cm", "m", "inch", ...
+/// @throws InputError  no unit of length
+double parse_unit_of_length(std::string_view name);
+
 /// SI unit of a dimension, e.g. "m"; "1" for none.
 std::string unit_name(Dimension dimension);
 

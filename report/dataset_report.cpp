@@ -152,12 +152,15 @@ json last_made(const std::filesystem::path& folder, const json& trace) {
 }
 
 void add_failures(const std::filesystem::path& folder, std::size_t rows, ordered_json& report) {
-  json failures = read_if_there(folder / "failures.json", json::array());
-  report["failed"] = failures.size();
-  if (failures.size() > rows) {
-    failures.erase(failures.begin() + static_cast<std::ptrdiff_t>(rows), failures.end());
-  }
-  report["failures"] = std::move(failures);
+  const auto add = [&](const char* file, const char* count, const char* name) {
+    json list = read_if_there(folder / file, json::array());
+    report[count] = list.size();
+    if (list.size() > rows)
+      list.erase(list.begin() + static_cast<std::ptrdiff_t>(rows), list.end());
+    report[name] = std::move(list);
+  };
+  add("failures.json", "failed", "failures");
+  add("warnings.json", "warned", "warnings");
 }
 
 }  // namespace

@@ -45,6 +45,8 @@ Object read_files(ConfigNode& node, const std::string& file_name) {
   } else {
     object.pattern = path_beside(file_name, node.text("mesh"));
   }
+  const std::string unit = node.text("unit", "m");
+  at_key(node, "unit", [&] { object.file.unit = core::parse_unit_of_length(unit); });
   object.file.thickness = node.not_negative("thickness", Dimension::length, 0);
   object.file.wrap_tolerance = node.quantity("wrap_tolerance", Dimension::none, 0.002);
   if (!(object.file.wrap_tolerance >= 1e-4 && object.file.wrap_tolerance <= 0.05)) {

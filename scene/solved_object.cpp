@@ -9,6 +9,7 @@
 #include "scene/detail/turned_object.hpp"
 #include "scene/pitch.hpp"
 #include "solvers/eigen/cached_modes.hpp"
+#include "solvers/mesh/mesh_warnings.hpp"
 
 namespace carillon::scene {
 
@@ -125,6 +126,9 @@ SolvedObject solve_object(const ObjectRequest& request, MPI_Comm comm,
     }
     object.modes = std::move(solve_mesh(object.mesh).front());
   }
+  if (request.mesh.shape.family.empty())
+    object.warnings =
+        solvers::mesh::mesh_warnings(request.mesh.file, object.mesh, object.modes.mass);
   return object;
 }
 

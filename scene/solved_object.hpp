@@ -69,6 +69,7 @@ struct SolvedObject {
   std::vector<synth::material::Material> materials;  ///< one per region
   solvers::modes::Modes modes;
   std::optional<solvers::pitch::PitchReport> pitch_target;  ///< when one was asked for
+  std::vector<std::string> warnings;                        ///< mesh_warnings() of a file
   core::Trace trace;
 };
 

@@ -33,7 +33,7 @@ std::map<std::string, json> finished_by_journal(const fs::path& folder) {
 }
 
 /// failures.json, where it can be read and is JSON.
-json read_failures(const fs::path& path) {
+json read_list(const fs::path& path) {
   try {
     return core::read_json(path);
   } catch (const core::FileError&) {
@@ -137,7 +137,7 @@ DatasetFolder open_folder(const fs::path& path, const std::string& inputs) {
     finding.text = "configuration.yaml, dataset.json and the inputs agree";
   }
   folder.findings.push_back(std::move(finding));
-  folder.failures = read_failures(path / "failures.json");
+  folder.failures = read_list(path / "failures.json");
   const plan::BuildPlan& plan = folder.dataset.build.plan;
   for (std::size_t t = 0; t < plan.tasks.size(); ++t) {
     if (plan.tasks[t].kind != plan::TaskKind::samples) continue;
@@ -246,10 +246,23 @@ Finding check_failures(const DatasetFolder& folder) {
   return finding;
 }
 
+Finding check_warnings(const DatasetFolder& folder) {
+  const json warnings = read_list(folder.dataset.folder / "warnings.json");
+  Finding finding{"warnings", Verdict::pass, "none", "", {}};
+  if (!warnings.is_array() || warnings.empty()) return finding;
+  finding.verdict = Verdict::note;
+  finding.text = fmt::format("{} warnings about bodies", warnings.size());
+  for (const json& warning : warnings) {
+    if (!warning.is_object()) continue;
+    finding.items.push_back(warning.value("task", "") + ": " + warning.value("message", ""));
+  }
+  return finding;
+}
+
 Finding check_foreign_files(const DatasetFolder& folder) {
   const fs::path& root = folder.dataset.folder;
   std::set<std::string> known = {
-      "index.h5",      "dataset.json", "failures.json",      "croissant.json", "trace.json",
+      "index.h5",      "dataset.json", "failures.json", "warnings.json",     "croissant.json", "trace.json",
       "journal.jsonl", ".lock",        "configuration.yaml", "README.md",      "LICENSE"};
   for (const run::ListedFile& file : folder.listed) known.insert(file.path);
   for (const configuration::InputFile& input :

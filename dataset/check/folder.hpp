@@ -37,6 +37,8 @@ DatasetFolder open_folder(const std::filesystem::path& folder, const std::string
 Finding check_counts(const DatasetFolder& folder);
 /// failures.json against plan and folder.
 Finding check_failures(const DatasetFolder& folder);
+/// What warnings.json says.
+Finding check_warnings(const DatasetFolder& folder);
 /// Files that are no part of a dataset.
 Finding check_foreign_files(const DatasetFolder& folder);
 

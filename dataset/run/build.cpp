@@ -55,6 +55,7 @@ nlohmann::json to_json(const Summary& summary) {
           {"samples", summary.results.samples},
           {"tasks_run", summary.tasks_run},
           {"failed_tasks", summary.results.failed},
+          {"warnings", summary.results.warnings},
           {"missed_pitch_targets", summary.results.missed},
           {"interrupted", summary.interrupted}};
 }
@@ -72,6 +73,8 @@ std::string summary_text(const Summary& summary) {
     text += fmt::format("{} of {} shapes missed the pitch target: dataset.json says by how much\n",
                         results.missed.size(), shapes);
   }
+  if (results.warnings > 0)
+    text += fmt::format("{} warnings: {}/warnings.json\n", results.warnings, output);
   if (results.failed > 0) {
     text += fmt::format("{} failed tasks: {}/failures.json says why\n", results.failed, output);
   }

@@ -50,6 +50,8 @@ Gathered gather(const plan::BuildPlan& plan, const std::map<std::string, json>& 
     if (entry.contains("pitch_target")) {
       all.pitch_targets[plan.shapes[task.shape].id] = entry.at("pitch_target");
     }
+    for (const json& warning : entry.value("warnings", json::array()))
+      all.warnings.push_back({{"task", task.key}, {"message", warning}});
     for (const json& file : entry.at("files")) all.files.push_back(file.get<ListedFile>());
   }
   return all;
@@ -66,7 +68,8 @@ Results write_results(const LoadedBuild& build, const samples::BuildFolders& fol
   core::write_text_durably(folders.output / "croissant.json",
                            dataset_croissant(folders.output, dataset).dump(2) + "\n");
   core::write_text_durably(folders.output / "failures.json", failures.dump(2) + "\n");
-  return {all.samples, failures.size(), dataset.at("missed_pitch_targets")};
+  core::write_text_durably(folders.output / "warnings.json", all.warnings.dump(2) + "\n");
+  return {all.samples, failures.size(), all.warnings.size(), dataset.at("missed_pitch_targets")};
 }
 
 Results write_results(const LoadedBuild& build, const samples::BuildFolders& folders,

@@ -27,6 +27,7 @@ struct Gathered {
   std::size_t samples = 0;        ///< of these tasks
   std::vector<ListedFile> files;
   nlohmann::json pitch_targets = nlohmann::json::object();  ///< by a shape's id
+  nlohmann::json warnings = nlohmann::json::array();        ///< {task, message} in plan order
 };
 Gathered gather(const plan::BuildPlan& plan, const std::map<std::string, nlohmann::json>& finished);
 
@@ -34,10 +35,11 @@ Gathered gather(const plan::BuildPlan& plan, const std::map<std::string, nlohman
 struct Results {
   std::size_t samples = 0;          ///< in the index
   std::size_t failed = 0;           ///< tasks
+  std::size_t warnings = 0;         ///< of warnings.json
   std::vector<std::string> missed;  ///< shapes that did not meet the pitch target
 };
 
-/// Writes index.h5, dataset.json and failures.json from all that is finished.
+/// Writes index.h5, dataset.json, failures.json and warnings.json from all that is finished.
 /// @param joined  as in write_index; none: every file is read
 Results write_results(const LoadedBuild& build, const samples::BuildFolders& folders,
                       const std::map<std::string, nlohmann::json>& finished, JoinedFiles& joined);

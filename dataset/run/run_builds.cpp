@@ -97,6 +97,7 @@ std::string Runner::run_task(std::int64_t number, MPI_Comm group, mpi::RunningTa
                  {"modified_ns", times},
                  {"seconds", core::monotonic_seconds() - start},
                  {"trace", to_json(own)}};
+  if (!result.warnings.empty()) record["warnings"] = result.warnings;
   if (!result.pitch_target.is_null()) record["pitch_target"] = result.pitch_target;
   return record.dump();
 }

@@ -12,6 +12,7 @@
 #include "mpi/comm.hpp"
 #include "scene/pitch.hpp"
 #include "scene/solved_object.hpp"
+#include "solvers/mesh/mesh_warnings.hpp"
 #include "solvers/modes/modes_file.hpp"
 #include "synth/motion/convex_hull.hpp"
 
@@ -199,12 +200,7 @@ solvers::pitch::PitchResult make_sets(const configuration::BuildConfig& config,
     search.memory_limit = config.solver.memory_limit;
     search.limits = config.limits.mesh;
     search.cache = folders.cache;
-    solvers::pitch::PitchResult result = scene::refine_to_pitch(search, solve, comm, trace);
-    if (!result.report.met() && mpi::rank(comm) == 0) {
-      spdlog::warn("{}: {:.3g} cents instead of {:.3g}: {}", shape.id, result.report.reached_cents,
-                   config.pitch_cents, result.report.reason);
-    }
-    return result;
+    return scene::refine_to_pitch(search, solve, comm, trace);
   }
   solvers::pitch::PitchResult result;
   {
@@ -230,6 +226,14 @@ ModesTaskResult run_modes_task(const configuration::BuildConfig& config, const p
                            {"order", request.options.order},
                            {"element_size_m", request.options.element_size}};
   }
+  if (!shape.path.empty())
+    result.warnings = solvers::mesh::mesh_warnings(request.file, made.mesh, modes.front().mass);
+  if (config.pitch_cents > 0 && !made.report.met())
+    result.warnings.push_back(fmt::format("{:.3g} cents instead of {:.3g}: {}",
+                                          made.report.reached_cents, made.report.asked_cents,
+                                          made.report.reason));
+  if (mpi::rank(comm) == 0)
+    for (const std::string& warning : result.warnings) spdlog::warn("{}: {}", shape.id, warning);
   trace.enter("write");
   mpi::agreed(comm, [&] {
     if (mpi::rank(comm) != 0) return;

@@ -42,6 +42,8 @@ struct ModesTaskResult {
   /// {asked_cents, reached_cents, met, order, element_size_m} of the setting that was chosen; null
   /// without a pitch target.
   nlohmann::json pitch_target;
+  /// For a person: what is doubtful about a file's mesh, a pitch target that was missed.
+  std::vector<std::string> warnings;
 };
 
 /// Meshes a shape, solves its mode sets and writes them with its voxels and picture to its modes

@@ -31,7 +31,7 @@ std::vector<ordered_json> measure_variants(const std::vector<run::BuildRun>& run
                                            const std::vector<run::Results>& held, MPI_Comm world) {
   json counts = json::array();
   for (const run::Results& results : held) {
-    counts.push_back({results.samples, results.failed, results.missed});
+    counts.push_back({results.samples, results.failed, results.warnings, results.missed});
   }
   counts = json::parse(mpi::broadcast(counts.dump(), 0, world));
   const auto ranks = static_cast<std::size_t>(mpi::size(world));
@@ -39,7 +39,7 @@ std::vector<ordered_json> measure_variants(const std::vector<run::BuildRun>& run
   ordered_json mine = ordered_json::array();
   mpi::agreed(world, [&] {
     for (std::size_t v = rank; v < runs.size(); v += ranks) {
-      const run::Results results{counts[v][0], counts[v][1], counts[v][2]};
+      const run::Results results{counts[v][0], counts[v][1], counts[v][2], counts[v][3]};
       mine.push_back(variant_results(runs[v], results));
     }
   });
@@ -80,7 +80,7 @@ std::vector<ordered_json> with_seconds(const Ended& ended) {
   for (std::size_t v = 0; v < ended.results.size(); ++v) {
     ordered_json row = ended.results[v];
     row.erase("audio_unit");
-    for (const char* quiet : {"failed_tasks", "missed_pitch_targets"}) {
+    for (const char* quiet : {"failed_tasks", "warnings", "missed_pitch_targets"}) {
       if (row.at(quiet) == 0) row[quiet] = nullptr;
     }
     for (const char* name : {"modes_s", "samples_s"}) {
@@ -118,6 +118,8 @@ void tell(const SweepEnd& end, const core::Tell& tell) {
     text += fmt::format("{}: {} samples of {} variants, {} tasks run; sweep.csv holds the table\n",
                         output, samples, ended.results.size(), tasks_run);
   }
+  if (const auto warnings = sum_of<std::size_t>(ended.results, "warnings"); warnings > 0)
+    text += fmt::format("{} warnings: {}/*/warnings.json\n", warnings, output);
   if (failed > 0)
     text += fmt::format("{} failed tasks: {}/*/failures.json say why\n", failed, output);
   tell(text, document);

@@ -104,6 +104,7 @@ void visit_fields(D& d, Visit visit) {
   } else if constexpr (std::is_same_v<Plain, MeshFile>) {
     visit("path", d.path);
     visit("length", d.length);
+    visit("unit", d.unit);
     visit("any_size", d.any_size);
     visit("thickness", d.thickness);
     visit("wrap_tolerance", d.wrap_tolerance);

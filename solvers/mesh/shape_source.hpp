@@ -24,7 +24,8 @@ struct GeneratedShape {
 struct MeshFile {
   std::string path;     ///< .obj .off .ply .stl surface, .msh tetrahedra; or the name of `surface`
   SurfaceMesh surface;  ///< where it has triangles: these, in memory, and no file
-  double length = 0;    ///< longest side [m] the body is scaled to; 0: the file is in metres
+  double length = 0;    ///< longest side [m] the body is scaled to; 0: as the file says
+  double unit = 1;      ///< of the file's coordinates, where there is no length [m]
   bool any_size = false;          ///< lets a body outside 1 mm to 10 m pass
   double thickness = 0;           ///< [m] given to open sheets; 0: an open sheet is not a body
   double wrap_tolerance = 0.002;  ///< alpha-wrap offset as a fraction of the box diagonal

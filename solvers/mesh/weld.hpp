@@ -19,4 +19,8 @@ std::int64_t merge_vertices(SurfaceMesh& mesh, const std::vector<std::int32_t>& 
 /// @return vertices that were dropped
 std::int64_t weld(SurfaceMesh& mesh);
 
+/// Drops vertices that no triangle uses.
+/// @return how many
+std::int64_t drop_unreferenced(SurfaceMesh& mesh);
+
 }  // namespace carillon::solvers::mesh

@@ -146,6 +146,15 @@ TEST_F(CommandLine, TheVersionIsMadeWhenItIsAskedFor) {
   EXPECT_EQ(versions, 0);
 }
 
+TEST_F(CommandLine, MessagesSpeakOfOptions) {
+  const Command& mix = program.commands().front();
+  EXPECT_EQ(mix.in_options("say count: 3, or level: -6 dB; quiet: true"),
+            "say --count 3, or --level -6dB; quiet: true");
+  EXPECT_EQ(mix.in_options("raise per_node (is the way: left?)"),
+            "raise --per-node (is the --way left?)");
+  EXPECT_EQ(mix.in_options("the count is 3"), "the count is 3");
+}
+
 TEST_F(CommandLine, OptionsCanBeListed) {
   const Command& mix = program.commands().front();
   EXPECT_EQ(mix.summary(), "of everything");

@@ -78,10 +78,13 @@ double volume_of(const mesh::TetMesh& mesh, int region) {
 }
 
 TEST_F(MshReader, GivesNodesTheirPlacesInEveryVersionAndOrder) {
-  for (const double version : {2.2, 4.1}) {
+  for (const auto& [version, parametric] :
+       {std::pair(2.2, 0), {2.2, 1}, {4.0, 0}, {4.0, 1}, {4.1, 0}, {4.1, 1}}) {
+    gmsh::option::setNumber("Mesh.SaveParametric", parametric);
     for (const bool binary : {false, true}) {
+      if (version == 4.0 && binary) continue;  // written by no Gmsh of today, and not read
       for (int order = 1; order <= 4; ++order) {
-        SCOPED_TRACE(testing::Message() << version << (binary ? " binary" : " text") << order);
+        SCOPED_TRACE(testing::Message() << version << (parametric ? " parametric" : "") << (binary ? " binary" : " text") << order);
         const mesh::TetMesh mesh = mesh::readers::read_msh(write_block(version, binary, order));
         ASSERT_EQ(mesh.order, order);
         EXPECT_EQ(mesh.region_names, (std::vector<std::string>{"group_3", "oak, left"}));
@@ -158,8 +161,8 @@ TEST_F(MshReader, RefusesSurfacesAndOldVersions) {
             }).find("no tetrahedra"),
             std::string::npos);
   EXPECT_NE(message_of<InputError>([&] {
-              mesh::readers::read_msh(write(4.0, false));
-            }).find("4.1 or 2.2"),
+              mesh::readers::read_msh(write(1, false));
+            }).find("version 1 is not read"),
             std::string::npos);
 }
 

@@ -168,9 +168,16 @@ TEST(ReadObj, NamesFileAndLineOfWhatIsWrong) {
             std::string::npos);
   EXPECT_NE(error_of(mesh::readers::read_obj, "v 0 0\n").find("mesh:1: "), std::string::npos);
   EXPECT_NE(error_of(mesh::readers::read_obj, "v 0 0 zero\n").find("\"zero\""), std::string::npos);
-  EXPECT_NE(error_of(mesh::readers::read_obj, "v 0 0 nan\n").find("not finite"), std::string::npos);
-  EXPECT_NE(error_of(mesh::readers::read_obj, "v 0 0 1e999\n").find("not finite"),
-            std::string::npos);
+  for (const char* bad : {"nan", "1e999", "-inf"}) {
+    // A vertex that a face uses; others do not count.
+    const auto read = [&](const std::string& face) {
+      return mesh::readers::triangulate(
+          mesh::readers::read_obj("mesh", fmt::format("{}v 0 0 {}\n{}", vertices, bad, face)));
+    };
+    EXPECT_NE(message_of<InputError>([&] { read("f 1 2 4\n"); }).find("mesh:4: vertex 4"),
+              std::string::npos);
+    EXPECT_EQ(read("f 1 2 3\n").vertices.size(), 3u);
+  }
   EXPECT_EQ(mesh::readers::read_obj("mesh", "v 0 0 1e-400\n").vertices[0].z(), 0);
 }
 
@@ -205,6 +212,54 @@ TEST(ReadOff, RefusesWhatDoesNotFitItsCounts) {
             std::string::npos);
 }
 
+TEST(ReadOff, LetsLinesEndAnywhere) {
+  const std::string numbers =
+      "8 12 0 0 0 0 1 0 0 0 1 0 1 1 0 0 0 1 1 0 1 0 1 1 1 1 1 3 0 2 3 3 0 3 1 3 4 5 7 3 4 7 6 3 0 1 5 "
+      "3 0 5 4 3 2 6 7 3 2 7 3 3 0 4 6 3 0 6 2 3 1 3 7 3 1 7 5";
+  for (std::size_t width = 1; width < 12; ++width) {
+    std::string text = "OFF";
+    std::istringstream words(numbers);
+    std::size_t n = 0;
+    for (std::string word; words >> word;) text += (n++ % width == 0 ? "\n" : " ") + word;
+    const mesh::SurfaceMesh cube =
+        mesh::readers::triangulate(mesh::readers::read_off("mesh", text));
+    EXPECT_NEAR(mesh::signed_volume(cube), 1, 1e-15) << width;
+  }
+  // What follows the last face belongs nowhere.
+  EXPECT_NE(error_of(mesh::readers::read_off, "OFF\n3 1 0\n0 0 0 1 0 0\n0 1 0\n3 0 1 2 0 9\n"),
+            "");
+}
+
+TEST(ReadSurface, KnowsTextByItsByteOrderMark) {
+  const core::TemporaryFolder folder;
+  const auto wide = [](const std::string& text, bool low_first) {
+    std::string bytes = low_first ? "\xFF\xFE" : "\xFE\xFF";
+    for (const char c : text) {
+      bytes += low_first ? c : '\0';
+      bytes += low_first ? '\0' : c;
+    }
+    return bytes;
+  };
+  for (const auto& [name, text] : {std::pair<std::string, std::string>("cube.obj", cube_obj()),
+                                   {"cube.off", cube_off()},
+                                   {"cube.ply", cube_ply("ascii")},
+                                   {"cube.stl", cube_stl(false)}}) {
+    SCOPED_TRACE(name);
+    for (const std::string& bytes : {"\xEF\xBB\xBF" + text, wide(text, true), wide(text, false)})
+      expect_cube(mesh::readers::read_surface(test::written(folder, name, bytes)));
+  }
+}
+
+TEST(ReadPly, ReadsStripsOfTriangles) {
+  const mesh::readers::PolygonMesh strips = mesh::readers::read_ply(
+      "mesh",
+      "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\n"
+      "property float z\nelement tristrips 1\nproperty list int int vertex_indices\nend_header\n"
+      "0 0 0\n0 1 0\n1 0 0\n1 1 0\n2 0 0\n8 0 2 1 3 -1 2 4 3\n");
+  EXPECT_EQ(strips.corners, (std::vector<std::int32_t>{0, 2, 1, 1, 2, 3, 2, 4, 3}));
+  EXPECT_EQ(strips.ends.size(), 3u);
+}
+
 TEST(ReadPly, RefusesWhatItCannotRead) {
   const std::string head = "ply\nformat ascii 1.0\n";
   const std::string xyz =
@@ -217,13 +272,11 @@ TEST(ReadPly, RefusesWhatItCannotRead) {
             std::string::npos);
   EXPECT_NE(error_of(mesh::readers::read_ply, head + face + "end_header\n").find("\"vertex\""),
             std::string::npos);
-  EXPECT_NE(error_of(mesh::readers::read_ply, head + xyz +
-                                                  "element tristrips 1\nproperty list int int "
-                                                  "vertex_indices\nend_header\n")
-                .find("strips"),
-            std::string::npos);
   const std::string whole = head + xyz + face + "end_header\n";
-  EXPECT_NE(error_of(mesh::readers::read_ply, whole + "0 0 nan\n3 0 0 0\n").find("not finite"),
+  EXPECT_NE(message_of<InputError>([&] {
+              mesh::readers::triangulate(
+                  mesh::readers::read_ply("mesh", whole + "0 0 nan\n3 0 0 0\n"));
+            }).find("not finite"),
             std::string::npos);
   EXPECT_NE(error_of(mesh::readers::read_ply, whole + "0 0 0\n3 0 0 1\n").find("vertex 1"),
             std::string::npos);
@@ -248,6 +301,47 @@ TEST(ReadStl, TellsBinaryFromTextBySizeNotByTheWordSolid) {
   EXPECT_EQ(mesh.vertices.size(), 8u);
   // Bytes behind the last triangle are let pass, as other readers do.
   EXPECT_EQ(mesh::readers::read_stl("mesh", cube_stl(true, "x") + "trailing").ends.size(), 12u);
+}
+
+TEST(ReadStl, ReadsWhatTheHeaderMiscounts) {
+  std::string bytes = cube_stl(true, "x");
+  const auto promise = [&bytes](std::uint32_t count) {
+    std::memcpy(bytes.data() + 80, &count, sizeof(count));
+    return bytes;
+  };
+  for (const std::uint32_t fewer : {0u, 1u, 11u})
+    EXPECT_EQ(mesh::readers::read_stl("mesh", promise(fewer)).ends.size(), 12u);
+  for (const std::uint32_t more : {13u, 4000000000u})
+    EXPECT_NE(error_of(mesh::readers::read_stl, promise(more)).find("the header promises"),
+              std::string::npos);
+  // Attributes that are as long as the facet says.
+  std::string payloads = promise(12).substr(0, 84);
+  for (std::size_t i = 0; i < 12; ++i) {
+    payloads += bytes.substr(84 + 50 * i, 48);
+    payloads += static_cast<char>(i);
+    payloads += '\0' + std::string(i, '\x7f');
+  }
+  const mesh::SurfaceMesh cube =
+      mesh::readers::triangulate(mesh::readers::read_stl("mesh", payloads));
+  EXPECT_NEAR(mesh::signed_volume(cube), 1, 1e-15);
+}
+
+TEST(ReadStl, UnderstandsTheDialectsOfText) {
+  const std::string plain = cube_stl(false);
+  const auto replaced = [&plain](const std::string& from, const std::string& to) {
+    std::string text = plain;
+    for (auto at = text.find(from); at != text.npos; at = text.find(from, at + to.size()))
+      text.replace(at, from.size(), to);
+    return text;
+  };
+  for (const std::string& text :
+       {"# made by hand\n; and so on\n" + plain, "exported 2020\n" + plain,
+        replaced("facet normal", "! a comment\nfacet normal"),
+        replaced("outer", "// a comment\n outer"), replaced("endfacet", "end facet"),
+        replaced("endloop", "end loop"), replaced(" 1", " 1.0D+00"), replaced("\n", "\r"),
+        plain.substr(plain.find("facet"))}) {
+    EXPECT_EQ(mesh::readers::read_stl("mesh", text).ends.size(), 12u) << text.substr(0, 100);
+  }
 }
 
 TEST(ReadStl, MergesZerosOfBothSigns) {
@@ -332,12 +426,17 @@ TEST(ScaleToMetres, SuggestsTheUnit) {
   const std::string message =
       message_of<InputError>([&] { mesh::readers::scale_to_metres(box, file); });
   EXPECT_NE(message.find("355.6 m"), std::string::npos) << message;
-  EXPECT_NE(message.find("millimetres say length: 0.3556 m"), std::string::npos) << message;
+  EXPECT_NE(message.find("millimetres say unit: mm or length: 0.3556 m"), std::string::npos) << message;
   file.any_size = true;
   EXPECT_EQ(mesh::readers::scale_to_metres(box, file), 1);
   file.any_size = false;
   file.length = 0.3556;
   EXPECT_NEAR(mesh::readers::scale_to_metres(box, file), 1e-3, 1e-18);
+  file.unit = 1e-3;  // the length wins
+  EXPECT_NEAR(mesh::readers::scale_to_metres(box, file), 1e-3, 1e-18);
+  file.length = 0;
+  EXPECT_EQ(mesh::readers::scale_to_metres(box, file), 1e-3);
+  file.unit = 1;
   file.length = 20;
   EXPECT_THROW(mesh::readers::scale_to_metres(box, file), InputError);
   file.length = 0;

@@ -59,6 +59,7 @@ std::vector<double> column(const Hdf5Group& index, const char* name) {
 ordered_json variant_results(const run::BuildRun& run, const run::Results& results) {
   ordered_json row = {{"samples", results.samples},
                       {"failed_tasks", results.failed},
+                      {"warnings", results.warnings},
                       {"missed_pitch_targets", results.missed.size()},
                       {"pitch_error_worst_cents", nullptr},
                       {"pitch_error_median_cents", nullptr},

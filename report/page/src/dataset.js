@@ -18,6 +18,7 @@ function datasetContent(dataset, index, folded) {
   const parts = html`<div>
     ${summary(dataset)}
     ${failures(dataset, index)}
+    ${warnings(dataset)}
     ${stages(dataset)}
     ${effects(dataset)}
     ${objects(dataset)}
@@ -68,6 +69,18 @@ function failures(dataset, index) {
       ],
       dataset.failures,
     )}${leftOut(dataset.failed - dataset.failures.length, "failures.json has", "more")}</div>`;
+}
+
+function warnings(dataset) {
+  if (dataset.warned === 0) return "";
+  return html`<div><h3>What is doubtful</h3>
+    ${table(
+      [
+        { title: "task", value: (w) => w.task, text: (w) => html`<code>${w.task}</code>` },
+        { title: "warning", value: (w) => w.message },
+      ],
+      dataset.warnings,
+    )}${leftOut(dataset.warned - dataset.warnings.length, "warnings.json has", "more")}</div>`;
 }
 
 function stages(dataset) {

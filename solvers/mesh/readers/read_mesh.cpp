@@ -11,6 +11,7 @@
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "solvers/mesh/readers/detail/read_formats.hpp"
+#include "solvers/mesh/readers/detail/text_scanner.hpp"
 #include "solvers/mesh/weld.hpp"
 
 namespace carillon::solvers::mesh::readers {
@@ -24,13 +25,14 @@ constexpr double usual_largest = 2;
 
 struct Unit {
   const char* name;
+  const char* symbol;
   double metres;
 };
-constexpr Unit units[] = {{"millimetres", 1e-3},
-                          {"centimetres", 1e-2},
-                          {"inches", 0.0254},
-                          {"micrometres", 1e-6},
-                          {"kilometres", 1e3}};
+constexpr Unit units[] = {{"millimetres", "mm", 1e-3},
+                          {"centimetres", "cm", 1e-2},
+                          {"inches", "inch", 0.0254},
+                          {"micrometres", "um", 1e-6},
+                          {"kilometres", "km", 1e3}};
 
 /// The first unit that makes the object a usual size, else an allowed one, else null.
 const Unit* likely_unit(double longest) {
@@ -64,7 +66,7 @@ SurfaceMesh read_surface(const std::string& path) {
         fmt::format("{}: unknown kind of mesh file \"{}\"", path, extension),
         "surfaces are read from .obj, .off, .ply and .stl, tetrahedra from .msh");
   }
-  const std::string bytes = core::read_file(path);
+  const std::string bytes = without_byte_order_mark(core::read_file(path));
   SurfaceMesh mesh = triangulate(read(path, bytes));
   if (read == read_stl) weld(mesh);
   if (mesh.triangles.empty())
@@ -84,13 +86,13 @@ double scale_to_metres(const Box& box, const MeshFile& file) {
   if (!(longest > 0)) {
     throw core::InputError(fmt::format("{}: all vertices lie at one point", file.path));
   }
-  const double length = file.length > 0 ? file.length : longest;
+  const double length = file.length > 0 ? file.length : file.unit * longest;
   if (!file.any_size && (length < smallest || length > largest)) {
     std::string hint = "any_size: true lets it pass";
     const Unit* unit = file.length > 0 ? nullptr : likely_unit(longest);
     if (unit != nullptr) {
-      hint = fmt::format("if the file is in {} say length: {:.6g} m; {}", unit->name,
-                         longest * unit->metres, hint);
+      hint = fmt::format("if the file is in {} say unit: {} or length: {:.6g} m; {}", unit->name,
+                         unit->symbol, longest * unit->metres, hint);
     } else if (!(file.length > 0)) {
       hint = "length: 0.12 m sets the longest side; " + hint;
     }

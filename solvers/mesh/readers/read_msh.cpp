@@ -128,7 +128,7 @@ void refuse_hanging_node(const std::string& path, const TetMesh& mesh) {
 }  // namespace
 
 TetMesh read_msh(const std::string& path) {
-  const MshFile file = parse_msh(path, core::read_file(path));
+  const MshFile file = parse_msh(path, without_byte_order_mark(core::read_file(path)));
   if (file.order == 0) {
     throw core::InputError(fmt::format("{}: no tetrahedra (the file holds {} other elements)", path,
                                        file.other_elements),

@@ -42,9 +42,7 @@ PolygonMesh read_obj(const std::string& path, std::string_view bytes) {
     const auto& words = scanner.words();
     if (words[0] == "v") {
       if (words.size() < 4) scanner.fail("a vertex needs three coordinates");
-      mesh.vertices.emplace_back(scanner.number(words[1], "x coordinate"),
-                                 scanner.number(words[2], "y coordinate"),
-                                 scanner.number(words[3], "z coordinate"));
+      mesh.add_vertex({scanner.coordinate(words[1], "x coordinate"), scanner.coordinate(words[2], "y coordinate"), scanner.coordinate(words[3], "z coordinate")}, scanner);
     } else if (words[0] == "f" || words[0] == "fo") {
       if (words.size() < 4) scanner.fail("a face needs three vertices or more");
       for (std::size_t i = 1; i < words.size(); ++i) {

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
+#include "core/error.hpp"
 #include "solvers/mesh/readers/detail/read_formats.hpp"
 #include "solvers/mesh/readers/detail/text_scanner.hpp"
 
@@ -12,6 +14,7 @@ namespace {
 struct Counts {
   std::int64_t vertices = 0;
   std::int64_t faces = 0;
+  std::size_t columns = 3;  ///< numbers of a vertex
 };
 
 /// The header's keyword and counts: "OFF", a line feed, "8 6 12"; but also "OFF 8 6 12",
@@ -28,27 +31,39 @@ Counts read_header(TextScanner& scanner) {
   if (prefix.find('4') != prefix.npos || prefix.find('n') != prefix.npos) {
     scanner.fail("OFF with four or n coordinates is not a surface in space");
   }
+  Counts counts;
+  for (const auto& [letter, more] : {std::pair('N', 3), {'C', 4}, {'S', 2}})
+    counts.columns += prefix.find(letter) != prefix.npos ? more : 0;
   std::vector<std::string_view> numbers;
   if (off + 3 < keyword.size()) numbers.push_back(keyword.substr(off + 3));
   numbers.insert(numbers.end(), scanner.words().begin() + 1, scanner.words().end());
   if (!numbers.empty() && same_word(numbers[0], "BINARY")) {
     scanner.fail("binary OFF is not read; save as text");
   }
-  if (numbers.empty()) {
+  // Two counts at the least; that of edges may be missing, and each may have a line of its own.
+  while (numbers.size() < 2) {
     if (!scanner.next_line()) scanner.fail("numbers of vertices and faces expected");
-    numbers = scanner.words();
+    numbers.insert(numbers.end(), scanner.words().begin(), scanner.words().end());
   }
-  if (numbers.size() < 2) scanner.fail("numbers of vertices and faces expected");
-  const Counts counts{scanner.integer(numbers[0], "number of vertices"),
-                      scanner.integer(numbers[1], "number of faces")};
+  counts.vertices = scanner.integer(numbers[0], "number of vertices");
+  counts.faces = scanner.integer(numbers[1], "number of faces");
   if (counts.vertices < 0 || counts.faces < 0) scanner.fail("negative number of vertices or faces");
   if (counts.vertices > std::numeric_limits<std::int32_t>::max()) scanner.fail("too many vertices");
   return counts;
 }
 
-}  // namespace
+std::int32_t vertex_number(const TextScanner& scanner, std::string_view word,
+                           const Counts& counts) {
+  const std::int64_t index = scanner.integer(word, "vertex number of a face");
+  if (index < 0 || index >= counts.vertices) {
+    scanner.fail(fmt::format("a face refers to vertex {}, but they run from 0 to {}", index,
+                             counts.vertices - 1));
+  }
+  return static_cast<std::int32_t>(index);
+}
 
-PolygonMesh read_off(const std::string& path, std::string_view bytes) {
+/// A vertex or a face to a line, as nearly all files have them: colours may follow on it.
+PolygonMesh read_lines(const std::string& path, std::string_view bytes) {
   TextScanner scanner(path, bytes);
   const Counts counts = read_header(scanner);
   PolygonMesh mesh;
@@ -60,9 +75,7 @@ PolygonMesh read_off(const std::string& path, std::string_view bytes) {
     }
     const auto& words = scanner.words();
     if (words.size() < 3) scanner.fail("a vertex needs three coordinates");
-    mesh.vertices.emplace_back(scanner.number(words[0], "x coordinate"),
-                               scanner.number(words[1], "y coordinate"),
-                               scanner.number(words[2], "z coordinate"));
+    mesh.add_vertex({scanner.coordinate(words[0], "x coordinate"), scanner.coordinate(words[1], "y coordinate"), scanner.coordinate(words[2], "z coordinate")}, scanner);
   }
   for (std::int64_t i = 0; i < counts.faces; ++i) {
     if (!scanner.next_line()) {
@@ -75,17 +88,67 @@ PolygonMesh read_off(const std::string& path, std::string_view bytes) {
           fmt::format("a face of {} corners, but {} numbers follow", corners, words.size() - 1));
     }
     for (std::int64_t k = 1; k <= corners; ++k) {
-      const std::int64_t index =
-          scanner.integer(words[static_cast<std::size_t>(k)], "vertex number of a face");
-      if (index < 0 || index >= counts.vertices) {
-        scanner.fail(fmt::format("a face refers to vertex {}, but they run from 0 to {}", index,
-                                 counts.vertices - 1));
-      }
-      mesh.corners.push_back(static_cast<std::int32_t>(index));
+      mesh.corners.push_back(
+          vertex_number(scanner, words[static_cast<std::size_t>(k)], counts));
     }
     mesh.end_polygon();
   }
   return mesh;
+}
+
+/// Numbers one after the other wherever lines end, as the format's definition allows; no colours of
+/// faces then.
+PolygonMesh read_stream(const std::string& path, std::string_view bytes) {
+  TextScanner scanner(path, bytes);
+  std::size_t at = 0;
+  const auto next = [&]() -> std::string_view {
+    if (at >= scanner.words().size()) {
+      if (!scanner.next_line()) scanner.fail("the file ends in the middle of its data");
+      at = 0;
+    }
+    return scanner.words()[at++];
+  };
+  // The header ends with the count of edges, wherever that stands.
+  const std::string_view keyword = next();
+  Counts counts;
+  {
+    TextScanner header(path, bytes);
+    counts = read_header(header);
+  }
+  if (keyword.substr(keyword.find("OFF")).size() == 3) next();
+  next();
+  next();
+  PolygonMesh mesh;
+  for (std::int64_t i = 0; i < counts.vertices; ++i) {
+    Vec3 point;
+    for (Eigen::Index k = 0; k < 3; ++k) point[k] = scanner.coordinate(next(), "a coordinate");
+    for (std::size_t k = 3; k < counts.columns; ++k) next();
+    mesh.add_vertex(point, scanner);
+  }
+  for (std::int64_t i = 0; i < counts.faces; ++i) {
+    const std::int64_t corners = scanner.integer(next(), "number of corners");
+    if (corners < 1) scanner.fail(fmt::format("a face of {} corners", corners));
+    for (std::int64_t k = 0; k < corners; ++k)
+      mesh.corners.push_back(vertex_number(scanner, next(), counts));
+    mesh.end_polygon();
+  }
+  if (at < scanner.words().size() || scanner.next_line())
+    scanner.fail("numbers follow the last face");
+  return mesh;
+}
+
+}  // namespace
+
+PolygonMesh read_off(const std::string& path, std::string_view bytes) {
+  try {
+    return read_lines(path, bytes);
+  } catch (const core::InputError&) {
+    try {
+      return read_stream(path, bytes);
+    } catch (const core::InputError&) {
+    }
+    throw;
+  }
 }
 
 }  // namespace carillon::solvers::mesh::readers

@@ -164,6 +164,7 @@ class Body {
     fail("unknown type");
   }
 
+  std::string where() const { return ascii_ ? text_.where() : binary_.where(); }
   [[noreturn]] void fail(const std::string& message) const {
     if (ascii_) text_.fail(message);
     binary_.fail(message);
@@ -184,6 +185,14 @@ class Body {
   std::size_t word_ = 0;
 };
 
+std::int32_t vertex_number(const Body& body, double value) {
+  if (!(value >= 0) || value != std::floor(value) ||
+      value >= std::numeric_limits<std::int32_t>::max()) {
+    body.fail(fmt::format("a face refers to vertex {}", value));
+  }
+  return static_cast<std::int32_t>(value);
+}
+
 void read_list(Body& body, const Property& property, bool is_face, PolygonMesh& mesh) {
   const double length = body.next(*property.count_type);
   if (!(length >= 0) || length != std::floor(length)) {
@@ -191,14 +200,28 @@ void read_list(Body& body, const Property& property, bool is_face, PolygonMesh& 
   }
   for (double i = 0; i < length; ++i) {
     const double value = body.next(property.type);
-    if (!is_face) continue;
-    if (!(value >= 0) || value != std::floor(value) ||
-        value >= std::numeric_limits<std::int32_t>::max()) {
-      body.fail(fmt::format("a face refers to vertex {}", value));
-    }
-    mesh.corners.push_back(static_cast<std::int32_t>(value));
+    if (is_face) mesh.corners.push_back(vertex_number(body, value));
   }
   if (is_face) mesh.end_polygon();
+}
+
+/// Strips of triangles, each ended by -1, every other one of them turned over.
+void read_strips(Body& body, const Property& property, PolygonMesh& mesh) {
+  const double length = body.next(*property.count_type);
+  std::vector<std::int32_t> strip;
+  for (double i = 0; i < length; ++i) {
+    const double value = body.next(property.type);
+    if (value < 0) {
+      strip.clear();
+      continue;
+    }
+    strip.push_back(vertex_number(body, value));
+    if (strip.size() < 3) continue;
+    const std::size_t last = strip.size() - 1, turned = last % 2;
+    for (const std::size_t corner : {last - 2 + turned, last - 1 - turned, last})
+      mesh.corners.push_back(strip[corner]);
+    mesh.end_polygon();
+  }
 }
 
 void read_element(Body& body, const Element& element, PolygonMesh& mesh) {
@@ -209,7 +232,10 @@ void read_element(Body& body, const Element& element, PolygonMesh& mesh) {
     for (const Property& property : element.properties) {
       if (property.count_type) {
         const bool indices = property.name == "vertex_indices" || property.name == "vertex_index";
-        read_list(body, property, is_face && indices, mesh);
+        if (element.name == "tristrips" && indices)
+          read_strips(body, property, mesh);
+        else
+          read_list(body, property, is_face && indices, mesh);
         continue;
       }
       const double value = body.next(property.type);
@@ -217,9 +243,7 @@ void read_element(Body& body, const Element& element, PolygonMesh& mesh) {
       if (property.name == "y") point.y() = value;
       if (property.name == "z") point.z() = value;
     }
-    if (!is_vertex) continue;
-    if (!point.allFinite()) body.fail(fmt::format("vertex {} is not finite", row));
-    mesh.vertices.push_back(point);
+    if (is_vertex) mesh.add_vertex(point, body);
   }
 }
 
@@ -233,11 +257,8 @@ void check_elements(const std::string& path, const Header& header) {
           [&](const Property& p) { return p.name == name && p.count_type.has_value() == list; });
     };
     if (element.name == "vertex") points = has("x", false) && has("y", false) && has("z", false);
-    if (element.name == "face") faces = has("vertex_indices", true) || has("vertex_index", true);
-    if (element.name == "tristrips" && element.count > 0) {
-      throw core::InputError(fmt::format("{}: triangle strips (\"tristrips\") are not read", path),
-                             "save the mesh with plain faces");
-    }
+    if (element.name == "face" || element.name == "tristrips")
+      faces = faces || has("vertex_indices", true) || has("vertex_index", true);
   }
   if (!points) {
     throw core::InputError(fmt::format("{}: no element \"vertex\" with x, y and z", path));

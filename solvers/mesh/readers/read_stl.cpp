@@ -4,6 +4,8 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <string>
+#include <vector>
 
 #include "core/error.hpp"
 #include "solvers/mesh/readers/detail/byte_reader.hpp"
@@ -16,24 +18,55 @@ namespace {
 constexpr std::size_t header_bytes = 84;  // 80 of text and the number of triangles
 constexpr std::size_t facet_bytes = 50;   // normal, three corners, two bytes of attributes
 
+/// Marks of comment lines beside #.
+bool is_comment(std::string_view word) {
+  return word.starts_with(";") || word.starts_with("//") || word.starts_with("!");
+}
+
 /// The format shares no vertices: each corner has its own.
 void add_corner(PolygonMesh& mesh, double x, double y, double z) {
   mesh.corners.push_back(static_cast<std::int32_t>(mesh.vertices.size()));
   mesh.vertices.emplace_back(x + 0.0, y + 0.0, z + 0.0);  // turns -0 into 0
 }
 
-PolygonMesh read_binary(const std::string& path, std::string_view bytes, std::uint32_t count) {
-  if ((bytes.size() - header_bytes) / facet_bytes < count) {
+/// Triangles of a binary file. The header's count holds, unless facets and nothing else follow it;
+/// a facet's last two bytes may count bytes of its own that follow (attributes), if that is how the
+/// file comes out even.
+struct Layout {
+  std::size_t facets = 0;
+  bool has_payloads = false;
+};
+
+Layout layout_of(const std::string& path, std::string_view bytes, std::uint32_t count) {
+  const std::size_t room = (bytes.size() - header_bytes) / facet_bytes;
+  const std::size_t rest = (bytes.size() - header_bytes) % facet_bytes;
+  if (room == count && rest == 0) return {count, false};
+  std::size_t end = header_bytes;
+  std::uint32_t walked = 0;
+  for (; walked < count && end + facet_bytes <= bytes.size(); ++walked) {
+    ByteReader reader(path, bytes, end + facet_bytes - 2,
+                      std::endian::native == std::endian::big);
+    end += facet_bytes + reader.read<std::uint16_t>();
+  }
+  if (count > 0 && walked == count && end == bytes.size()) return {count, true};
+  if (room > count && rest == 0) return {room, false};
+  if (room < count || count == 0) {
     throw core::InputError(
         fmt::format("{}: the header promises {} triangles, but the file ends after {}", path, count,
-                    (bytes.size() - header_bytes) / facet_bytes));
+                    room));
   }
+  return {count, false};
+}
+
+PolygonMesh read_binary(const std::string& path, std::string_view bytes, std::uint32_t count) {
+  const Layout layout = layout_of(path, bytes, count);
   PolygonMesh mesh;
   ByteReader reader(path, bytes, header_bytes, std::endian::native == std::endian::big);
-  for (std::uint32_t i = 0; i < count; ++i) {
+  for (std::size_t i = 0; i < layout.facets; ++i) {
     std::array<float, 12> values;
     for (float& value : values) value = reader.read<float>();
-    reader.read<std::uint16_t>();
+    const auto attributes = reader.read<std::uint16_t>();
+    if (layout.has_payloads) reader.skip(attributes);
     // The stored normal is often wrong or zero; the corners' order decides.
     for (std::size_t k = 3; k < 12; ++k) {
       if (!std::isfinite(values[k])) {
@@ -48,12 +81,26 @@ PolygonMesh read_binary(const std::string& path, std::string_view bytes, std::ui
   return mesh;
 }
 
+/// Words of a line, "end facet" and the like as one.
+std::vector<std::string> words_of(const TextScanner& scanner) {
+  std::vector<std::string> words(scanner.words().begin(), scanner.words().end());
+  for (std::size_t i = 0; i + 1 < words.size(); ++i) {
+    if (!same_word(words[i], "end")) continue;
+    words[i] += words[i + 1];
+    words.erase(words.begin() + static_cast<std::ptrdiff_t>(i) + 1);
+  }
+  return words;
+}
+
 PolygonMesh read_ascii(const std::string& path, std::string_view bytes) {
-  TextScanner scanner(path, bytes, false);
+  TextScanner scanner(path, bytes);
   PolygonMesh mesh;
-  int corners = -1;  // of the loop that is open; -1: none
+  bool begun = false;  // whatever stands before the first solid or facet is a comment
+  int corners = -1;    // of the loop that is open; -1: none
   while (scanner.next_line()) {
-    const auto& words = scanner.words();
+    const std::vector<std::string> words = words_of(scanner);
+    begun = begun || same_word(words[0], "solid") || same_word(words[0], "facet");
+    if (!begun || is_comment(words[0])) continue;
     // "facet normal ... outer loop" may share a line with what follows: words, not lines, count.
     for (std::size_t i = 0; i < words.size(); ++i) {
       if (same_word(words[i], "solid") || same_word(words[i], "endsolid")) {
@@ -87,6 +134,15 @@ PolygonMesh read_ascii(const std::string& path, std::string_view bytes) {
   return mesh;
 }
 
+/// Whether a line of text begins as an ASCII file's first solid or facet does.
+bool says_solid(std::string_view text) {
+  TextScanner scanner("", text);
+  while (scanner.next_line())
+    if (same_word(scanner.words()[0], "solid") || same_word(scanner.words()[0], "facet"))
+      return true;
+  return false;
+}
+
 }  // namespace
 
 PolygonMesh read_stl(const std::string& path, std::string_view bytes) {
@@ -99,12 +155,10 @@ PolygonMesh read_stl(const std::string& path, std::string_view bytes) {
       return read_binary(path, bytes, count);
     }
   }
-  const std::size_t begin = bytes.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
-  const bool says_solid =
-      begin != std::string_view::npos && same_word(bytes.substr(begin, 5), "solid");
   // Text has no zero bytes.
-  const bool is_text = bytes.substr(0, 4096).find('\0') == std::string_view::npos;
-  if (says_solid && is_text) return read_ascii(path, bytes);
+  const std::string_view beginning = bytes.substr(0, 4096);
+  if (beginning.find('\0') == std::string_view::npos && says_solid(beginning))
+    return read_ascii(path, bytes);
   if (bytes.size() < header_bytes) {
     throw core::InputError(fmt::format(
         "{}: not an STL file: neither \"solid\" nor a binary header of 84 bytes", path));

@@ -338,7 +338,8 @@ SurfaceMesh repair(const SurfaceMesh& mesh, const MeshFile& file, Diagnosis& dia
   if (pieces.size() > 1) {
     patient.say(fmt::format("the object consists of {} closed surfaces", pieces.size()));
   }
-  const double before = patient.volume_before.value_or(0);
+  // What was taken for solid on either side of an inner surface counts once.
+  const double before = patient.volume_before.value_or(0) - report.swallowed_volume;
   report.volume_change =
       before > 0 ? signed_volume(body) / before - 1 : std::numeric_limits<double>::quiet_NaN();
   report.area_change = diagnosis.area > 0 ? area(body) / diagnosis.area - 1

@@ -153,23 +153,4 @@ std::int64_t drop_twins(SurfaceMesh& mesh) {
   return dropped;
 }
 
-std::int64_t drop_unreferenced(SurfaceMesh& mesh) {
-  std::vector<std::int32_t> renumbered(mesh.vertices.size(), -1);
-  for (const Triangle& t : mesh.triangles) {
-    for (const std::int32_t v : t) renumbered[static_cast<std::size_t>(v)] = 0;
-  }
-  std::int32_t next = 0;
-  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
-    if (renumbered[v] < 0) continue;
-    mesh.vertices[static_cast<std::size_t>(next)] = mesh.vertices[v];
-    renumbered[v] = next++;
-  }
-  const auto dropped = static_cast<std::int64_t>(mesh.vertices.size()) - next;
-  mesh.vertices.resize(static_cast<std::size_t>(next));
-  for (Triangle& t : mesh.triangles) {
-    for (std::int32_t& v : t) v = renumbered[static_cast<std::size_t>(v)];
-  }
-  return dropped;
-}
-
 }  // namespace carillon::solvers::mesh::repair

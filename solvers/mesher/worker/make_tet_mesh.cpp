@@ -11,6 +11,7 @@
 #include "solvers/mesh/readers/read_mesh.hpp"
 #include "solvers/mesh/repair/repair.hpp"
 #include "solvers/mesh/tetrahedra/mesher.hpp"
+#include "solvers/mesh/weld.hpp"
 
 namespace carillon::solvers::mesher {
 namespace {
@@ -47,23 +48,20 @@ mesh::TetMesh scaled_msh(const mesh::MeshFile& file) {
 }
 
 mesh::SurfaceMesh given_surface(const mesh::MeshFile& file) {
-  for (std::size_t i = 0; i < file.surface.vertices.size(); ++i) {
-    if (!file.surface.vertices[i].allFinite()) {
-      throw core::InputError(fmt::format("{}: vertex {} is not finite", file.path, i));
-    }
-  }
-  return file.surface;
+  mesh::SurfaceMesh surface = file.surface;
+  for (const mesh::Triangle& t : surface.triangles)
+    for (const std::int32_t v : t)
+      if (!surface.vertices[static_cast<std::size_t>(v)].allFinite())
+        throw core::InputError(fmt::format("{}: vertex {} is not finite", file.path, v));
+  mesh::drop_unreferenced(surface);
+  return surface;
 }
 
 mesh::SurfaceMesh scaled_surface(const mesh::MeshFile& file) {
   mesh::SurfaceMesh surface =
       file.surface.triangles.empty() ? mesh::readers::read_surface(file.path) : given_surface(file);
-  // Vertices that no triangle uses say nothing about the size.
-  std::vector<Vec3> used;
-  for (const mesh::Triangle& t : surface.triangles) {
-    for (const std::int32_t v : t) used.push_back(surface.vertices[static_cast<std::size_t>(v)]);
-  }
-  scale(surface.vertices, mesh::readers::scale_to_metres(mesh::bounding_box(used), file));
+  scale(surface.vertices,
+        mesh::readers::scale_to_metres(mesh::bounding_box(surface.vertices), file));
   return surface;
 }
 

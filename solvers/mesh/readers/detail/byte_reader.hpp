@@ -37,11 +37,14 @@ class ByteReader {
 
   std::size_t left() const { return bytes_.size() - std::min(position_, bytes_.size()); }
   std::size_t position() const { return position_; }
+  void skip(std::size_t bytes) { position_ += bytes; }
   void set_swap(bool swap) { swap_ = swap; }
 
+  /// `file: byte position`
+  std::string where() const { return fmt::format("{}: byte {}", path_, position_); }
   /// @throws InputError  `file: byte N: message`
   [[noreturn]] void fail(const std::string& message) const {
-    throw core::InputError(fmt::format("{}: byte {}: {}", path_, position_, message));
+    throw core::InputError(fmt::format("{}: {}", where(), message));
   }
 
  private:

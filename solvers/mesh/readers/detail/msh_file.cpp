@@ -28,7 +28,9 @@ class Parser {
       } else if (section == "Entities" && version_ >= 4) {
         read_entities();
       } else if (section == "Nodes") {
-        version_ < 4 ? read_nodes_2() : read_nodes_4();
+        version_ < 4 ? read_nodes_2(false) : read_nodes_4();
+      } else if (section == "ParametricNodes" && version_ < 4) {
+        read_nodes_2(true);
       } else if (section == "Elements") {
         version_ < 4 ? read_elements_2() : read_elements_4();
       } else {
@@ -41,15 +43,26 @@ class Parser {
   }
 
  private:
+  [[noreturn]] void refuse_version(const std::string& version) const {
+    in_.fail(fmt::format("MSH version {} is not read; `gmsh -save -format msh41 old.msh -o "
+                         "new.msh` writes it as version 4.1",
+                         version));
+  }
+
   void read_format() {
-    if (in_.word() != "$MeshFormat") in_.fail("\"$MeshFormat\" expected at the beginning");
+    std::string_view word = in_.word();
+    if (word == "$NOD") refuse_version("1");
+    for (; word != "$MeshFormat" && word.size() > 1 && word.front() == '$'; word = in_.word())
+      in_.skip_section(word.substr(1));  // comments
+    if (word != "$MeshFormat") in_.fail("\"$MeshFormat\" expected at the beginning");
     version_ = in_.text_number("version");
     const std::int64_t type = in_.text_integer("file type");
     const std::int64_t data_size = in_.text_integer("data size");
-    if (!((version_ >= 2 && version_ < 3) || (version_ >= 4.1 && version_ < 5))) {
-      in_.fail(fmt::format("MSH version {} is not read; save as version 4.1 or 2.2", version_));
+    if (!((version_ >= 2 && version_ < 3) || (version_ >= 4 && version_ < 5))) {
+      refuse_version(fmt::format("{}", version_));
     }
     if (data_size != 8) in_.fail(fmt::format("data size {}; 8 expected", data_size));
+    if (type == 1 && is_4_0()) refuse_version("4.0, binary,");
     if (type == 1) {
       in_.begin_binary();
       in_.binary = true;
@@ -84,7 +97,8 @@ class Parser {
     for (std::size_t dimension = 0; dimension < 4; ++dimension) {
       for (std::int64_t i = 0; i < counts[dimension]; ++i) {
         const std::int64_t tag = in_.integer("number of an entity");
-        for (int k = 0; k < (dimension == 0 ? 3 : 6); ++k) in_.number("bounding box");
+        const int numbers = dimension == 0 && !is_4_0() ? 3 : 6;
+        for (int k = 0; k < numbers; ++k) in_.number("bounding box");
         const std::int64_t groups =
             in_.count(in_.size("number of physical groups"), 2, "physical groups");
         for (std::int64_t k = 0; k < groups; ++k) {
@@ -112,30 +126,45 @@ class Parser {
     return {x, y, in_.number("z coordinate")};
   }
 
-  void read_nodes_2() {
+  /// The first of version 4, which has each node's number beside its place, and an entity's before
+  /// its dimension; read as text alone.
+  bool is_4_0() const { return version_ >= 4 && version_ < 4.1; }
+
+  /// @param parametric  each has its entity and the coordinates on it, if that is a curve or a
+  ///                    surface
+  void read_nodes_2(bool parametric) {
     const std::int64_t nodes = in_.count(in_.text_integer("number of nodes"), 8, "nodes");
     if (in_.binary) in_.begin_binary();
     for (std::int64_t i = 0; i < nodes; ++i) {
       const std::int64_t tag = in_.integer("node number");
       add_node(tag, read_point());
+      if (!parametric) continue;
+      const std::int64_t dimension = in_.integer("dimension of an entity");
+      in_.integer("entity");
+      const std::int64_t parameters = dimension == 1 || dimension == 2 ? dimension : 0;
+      for (std::int64_t k = 0; k < parameters; ++k) in_.number("parametric coordinate");
     }
   }
 
   void read_nodes_4() {
     if (in_.binary) in_.begin_binary();
     const std::int64_t blocks = in_.count(in_.size("number of node blocks"), 8, "node blocks");
-    for (int i = 0; i < 3; ++i) in_.size("number of nodes and their range");
+    for (int i = 0; i < (is_4_0() ? 1 : 3); ++i) in_.size("number of nodes and their range");
     std::vector<std::int64_t> tags;
     for (std::int64_t b = 0; b < blocks; ++b) {
-      const std::int64_t dimension = in_.integer("dimension");
-      in_.integer("entity");
+      std::int64_t dimension = in_.integer("dimension");
+      const std::int64_t entity = in_.integer("entity");
+      if (is_4_0()) dimension = entity;  // the other way round there
       const std::int64_t parametric = in_.integer("parametric");
       const std::int64_t nodes = in_.count(in_.size("number of nodes"), 8, "nodes");
       if (dimension < 0 || dimension > 3) in_.fail("dimension 0 to 3 expected");
       tags.clear();
-      for (std::int64_t i = 0; i < nodes; ++i) tags.push_back(in_.size("node number"));
+      if (!is_4_0())
+        for (std::int64_t i = 0; i < nodes; ++i) tags.push_back(in_.size("node number"));
       for (std::int64_t i = 0; i < nodes; ++i) {
-        add_node(tags[static_cast<std::size_t>(i)], read_point());
+        const std::int64_t tag =
+            is_4_0() ? in_.size("node number") : tags[static_cast<std::size_t>(i)];
+        add_node(tag, read_point());
         const std::int64_t parameters = parametric != 0 ? dimension : 0;
         for (std::int64_t k = 0; k < parameters; ++k) in_.number("parametric coordinate");
       }
@@ -200,11 +229,12 @@ class Parser {
   void read_elements_4() {
     if (in_.binary) in_.begin_binary();
     const std::int64_t blocks = in_.count(in_.size("number of element blocks"), 8, "blocks");
-    for (int i = 0; i < 3; ++i) in_.size("number of elements and their range");
+    for (int i = 0; i < (is_4_0() ? 1 : 3); ++i) in_.size("number of elements and their range");
     const auto read_tag = [this] { return in_.size("node number"); };
     for (std::int64_t b = 0; b < blocks; ++b) {
-      in_.integer("dimension");
-      const std::int64_t entity = in_.integer("entity");
+      const std::int64_t first = in_.integer("dimension or entity");
+      const std::int64_t second = in_.integer("entity or dimension");
+      const std::int64_t entity = is_4_0() ? first : second;
       const MshElementKind& kind = read_kind();
       const std::int64_t elements = in_.count(in_.size("number of elements"), 4, "elements");
       const auto group = volume_group_.find(entity);

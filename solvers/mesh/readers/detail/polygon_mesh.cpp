@@ -1,8 +1,13 @@
 #include "solvers/mesh/readers/detail/polygon_mesh.hpp"
 
+#include <fmt/core.h>
+
 #include <Eigen/Geometry>
 #include <cmath>
 #include <utility>
+
+#include "core/error.hpp"
+#include "solvers/mesh/weld.hpp"
 
 namespace carillon::solvers::mesh::readers {
 namespace {
@@ -114,7 +119,15 @@ SurfaceMesh triangulate(PolygonMesh polygons) {
                         mesh.triangles);
     begin = end;
   }
+  if (!polygons.not_finite.empty()) {
+    for (const Triangle& t : mesh.triangles)
+      for (const std::int32_t v : t)
+        if (const auto found = polygons.not_finite.find(v); found != polygons.not_finite.end())
+          throw core::InputError(
+              fmt::format("{}: vertex {}, which a face uses, is not finite", found->second, v + 1));
+  }
   mesh.vertices = std::move(polygons.vertices);
+  drop_unreferenced(mesh);
   return mesh;
 }
 

@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <boost/locale/encoding_utf.hpp>
 #include <cctype>
 #include <charconv>
 #include <cmath>
@@ -29,8 +30,27 @@ std::string quoted(std::string_view word) {
 
 }  // namespace
 
+std::string without_byte_order_mark(std::string bytes) {
+  const auto begins = [&bytes](std::string_view mark) { return bytes.compare(0, 2, mark) == 0; };
+  if (bytes.compare(0, 3, "\xEF\xBB\xBF") == 0) bytes.erase(0, 3);
+  const bool low_first = begins("\xFF\xFE");
+  if ((!low_first && !begins("\xFE\xFF")) || bytes.size() % 2 != 0) return bytes;
+  std::u16string wide;
+  for (std::size_t i = 2; i + 1 < bytes.size(); i += 2) {
+    const auto first = static_cast<unsigned char>(bytes[i]);
+    const auto second = static_cast<unsigned char>(bytes[i + 1]);
+    wide += static_cast<char16_t>(low_first ? first | second << 8 : first << 8 | second);
+  }
+  return boost::locale::conv::utf_to_utf<char>(wide);
+}
+
 bool parse_number(std::string_view word, double& value) {
   if (word.size() > 1 && word.front() == '+' && word[1] != '-') word.remove_prefix(1);
+  if (const auto exponent = word.find_first_of("Dd"); exponent != std::string_view::npos) {
+    std::string usual(word);
+    usual[exponent] = 'e';
+    return parse_number(usual, value);
+  }
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
   if (error == std::errc::result_out_of_range) {
     // Too small to be told from zero, or too large; strtod tells which.
@@ -55,10 +75,7 @@ bool same_word(std::string_view a, std::string_view b) {
 }
 
 TextScanner::TextScanner(std::string path, std::string_view text, bool comments)
-    : path_(std::move(path)), text_(text), comments_(comments) {
-  // Byte order mark of UTF-8.
-  if (text_.substr(0, 3) == "\xEF\xBB\xBF") position_ = 3;
-}
+    : path_(std::move(path)), text_(text), comments_(comments) {}
 
 bool TextScanner::next_line() {
   words_.clear();
@@ -97,11 +114,16 @@ bool TextScanner::next_line() {
   return !words_.empty();
 }
 
-double TextScanner::number(std::string_view word, std::string_view what) const {
+double TextScanner::coordinate(std::string_view word, std::string_view what) const {
   double value = 0;
   if (!parse_number(word, value)) {
     fail(fmt::format("{} expected, found {}", what, quoted(word)));
   }
+  return value;
+}
+
+double TextScanner::number(std::string_view word, std::string_view what) const {
+  const double value = coordinate(word, what);
   if (!std::isfinite(value)) fail(fmt::format("{} is not finite: {}", what, quoted(word)));
   return value;
 }
@@ -114,8 +136,12 @@ std::int64_t TextScanner::integer(std::string_view word, std::string_view what) 
   return value;
 }
 
+std::string TextScanner::where() const {
+  return fmt::format("{}:{}", path_, line_);
+}
+
 void TextScanner::fail(const std::string& message) const {
-  throw core::InputError(fmt::format("{}:{}: {}", path_, line_, message));
+  throw core::InputError(fmt::format("{}: {}", where(), message));
 }
 
 }  // namespace carillon::solvers::mesh::readers

@@ -24,8 +24,12 @@ class TextScanner {
 
   /// A finite number. @throws InputError  names the line and `what`
   double number(std::string_view word, std::string_view what) const;
+  /// One that may also be a NaN or an infinity.
+  double coordinate(std::string_view word, std::string_view what) const;
   std::int64_t integer(std::string_view word, std::string_view what) const;
 
+  /// `file:line`
+  std::string where() const;
   /// @throws InputError  `file:line: message`
   [[noreturn]] void fail(const std::string& message) const;
 
@@ -39,7 +43,11 @@ class TextScanner {
   std::vector<std::string_view> words_;
 };
 
-/// Reads a number in any usual spelling ("1", "+1.5", "1e-400"); false when `word` is none.
+/// Bytes of a file as text that the readers know: UTF-16 that begins with its byte order mark
+/// becomes UTF-8, the mark of UTF-8 goes. Other bytes stay.
+std::string without_byte_order_mark(std::string bytes);
+
+/// Reads a number in any usual spelling ("1", "+1.5", "1e-400", Fortran's "5.0D-02"); false when `word` is none.
 bool parse_number(std::string_view word, double& value);
 bool parse_integer(std::string_view word, std::int64_t& value);
 

@@ -53,7 +53,6 @@ std::int64_t drop_collapsed(SurfaceMesh& mesh);
 /// All but the first of triangles with the same corners, whichever way round; the first too where
 /// such pairs form a fin or an inner wall that bounds nothing.
 std::int64_t drop_twins(SurfaceMesh& mesh);
-std::int64_t drop_unreferenced(SurfaceMesh& mesh);
 
 /// Makes neighbours agree on their orientation, in each component with the majority of area.
 /// @return triangles that were turned over

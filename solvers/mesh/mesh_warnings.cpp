@@ -1,0 +1,57 @@
+#include "solvers/mesh/mesh_warnings.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace carillon::solvers::mesh {
+namespace {
+
+constexpr double usual_length = 2, usual_mass = 1000;
+constexpr double volume_change = 0.01, fit = 0.02;
+
+std::string in_words(double mass) {
+  if (mass >= usual_mass) return fmt::format("{:.3g} tonnes", mass / 1000);
+  return mass >= 1 ? fmt::format("{:.4g} kg", mass) : fmt::format("{:.4g} g", 1000 * mass);
+}
+
+}  // namespace
+
+std::string unit_question(const MeshFile& file, double longest, double mass) {
+  if (file.length > 0 || file.unit != 1 || file.any_size) return "";
+  if (!(longest > usual_length || mass > usual_mass)) return "";
+  return fmt::format(
+      "{:.3g} m{}: is the file in millimetres? Say unit: mm, or length: {:.4g} mm; any_size: true "
+      "where it is that large",
+      longest, mass > 0 ? " and " + in_words(mass) : "", longest);
+}
+
+std::vector<std::string> mesh_warnings(const MeshFile& file, const MeshResult& mesh, double mass) {
+  std::vector<std::string> warnings;
+  const double volume = mesh.quality.volume;
+  const double density = mass / volume;
+  const double longest = bounding_box(mesh.mesh.nodes).longest_side();
+  if (std::string question = unit_question(file, longest, mass); !question.empty())
+    warnings.push_back(std::move(question));
+  const RepairReport& repair = mesh.repair;
+  if (std::abs(repair.volume_change) > volume_change) {
+    warnings.push_back(fmt::format("the repair changed the volume by {:+.1f} %, from {} to {}",
+                                   100 * repair.volume_change,
+                                   in_words(mass / (1 + repair.volume_change)), in_words(mass)));
+  }
+  if (repair.swallowed_volume > 0) {
+    warnings.push_back(fmt::format(
+        "a closed surface inside of the body looks outward and was taken for solid: {}; if it is "
+        "meant as a cavity, turn its triangles over: {}",
+        in_words(mass), in_words(density * (volume - repair.swallowed_volume))));
+  }
+  if (std::abs(mesh.quality.area_error) > fit || mesh.quality.hausdorff > fit * longest) {
+    warnings.push_back(fmt::format(
+        "the elements follow the surface within {:.3g} mm and {:+.1f} % of its area; a smaller "
+        "element_size keeps more of its detail",
+        1e3 * mesh.quality.hausdorff, 100 * mesh.quality.area_error));
+  }
+  return warnings;
+}
+
+}  // namespace carillon::solvers::mesh
