@@ -25,7 +25,7 @@ OptionText text_of(const CLI::Option& option) {
   if (text.positional) text.names.push_back(option.get_name());
   text.description = option.get_description();
   text.choices = choices_in(option.get_type_name());
-  text.takes_value = option.get_type_size() > 0;
+  text.takes_value = option.get_items_expected_min() > 0;
   return text;
 }
 

@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <string>
+#include <utility>
 
 #include "core/error.hpp"
 #include "solvers/mesh/keep_volume.hpp"
@@ -104,6 +106,13 @@ MeshResult fit_to_surface(const TetMesh& linear, const SurfaceMesh& surface,
   return result;
 }
 
+/// Whether elements follow their surface closely enough for a body of this length [m].
+bool follows(const MeshQuality& quality, double longest) {
+  constexpr double max_distance = 0.02, max_area_error = 0.02;
+  return quality.hausdorff <= max_distance * longest &&
+         std::abs(quality.area_error) <= max_area_error;
+}
+
 void check_bound(const TetMesh& mesh, double edge, const MeshOptions& options) {
   const auto count = static_cast<std::int64_t>(mesh.element_count());
   if (count <= options.max_elements) return;
@@ -120,27 +129,35 @@ MeshResult tetrahedralise(const SurfaceMesh& surface, const MeshOptions& options
   if (!(field.volume > 0))
     throw core::InputError("the surface encloses no volume",
                            "a clean closed surface that looks outward is needed");
+  const double longest = bounding_box(surface.vertices).longest_side();
   RemeshPlan plan = make_plan(field, surface, options);
 
-  // Chords of a thin wall's two sides may cross; smaller triangles keep them apart. The last
-  // resort is the surface as it came.
+  // Chords of a thin wall's two sides may cross, and limbs be cut off; smaller triangles keep them
+  // apart and follow them. The last resort is the surface as it came.
   constexpr int tries = 4;
   std::string reason;
+  std::optional<MeshResult> nearest;
   for (int attempt = 0; attempt < tries; ++attempt) {
     if (field.tetrahedra(plan.coarsest, no_limit) > static_cast<double>(options.max_elements))
       break;
     try {
       const TetMesh linear = fill_remeshed(surface, plan, field, search);
       check_bound(linear, plan.coarsest, options);
-      return fit_to_surface(linear, surface, search, lines, options.order);
+      MeshResult made = fit_to_surface(linear, surface, search, lines, options.order);
+      const bool near = follows(made.quality, longest);
+      if (!nearest || made.quality.hausdorff < nearest->quality.hausdorff)
+        nearest = std::move(made);
+      if (near) break;
     } catch (const core::LimitError&) {
+      if (nearest) break;
       throw;
     } catch (const core::SolverError& error) {
       if (reason.empty()) reason = error.message();
-      plan.coarsest *= 0.7;
-      plan.relax = std::max(1.0, 0.6 * plan.relax);
     }
+    plan.coarsest *= 0.7;
+    plan.relax = std::max(1.0, 0.6 * plan.relax);
   }
+  if (nearest) return std::move(*nearest);
   // Its triangles alone may be too many.
   if (1.2 * static_cast<double>(surface.triangles.size()) >
       static_cast<double>(options.max_elements))
