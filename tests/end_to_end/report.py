@@ -81,6 +81,8 @@ class Report(FolderTest, Gallery):
         (cls.folder / "study.yaml").write_text(STUDY)
         measured = run("accuracy", "study.yaml", "-o", "study", cwd=cls.folder)
         assert measured.returncode == 0, measured.stderr
+        warnings = [{"task": "modes/tile-000", "message": f"doubt {number}"} for number in range(2)]
+        (cls.folder / "small" / "warnings.json").write_text(json.dumps(warnings))
         cls.told = run_json("report", "small", "study", "-o", "report.html", cwd=cls.folder)
         cls.page = cls.folder / "report.html"
         text = cls.page.read_text()
@@ -97,6 +99,8 @@ class Report(FolderTest, Gallery):
 
     def test_what_was_built_is_what_the_folder_says(self):
         (dataset,) = self.report["datasets"]
+        self.assertEqual([w["message"] for w in dataset["warnings"]], ["doubt 0", "doubt 1"])
+        self.assertEqual(dataset["warned"], 2)
         stored = json.loads((self.folder / "small" / "dataset.json").read_text())
         trace = json.loads((self.folder / "small" / "trace.json").read_text())
         self.assertEqual(dataset["samples"], len(self.index["key"]))
