@@ -150,10 +150,12 @@ std::string Command::in_options(const std::string& message) const {
       if (!name.starts_with("--")) continue;
       std::string key = name.substr(2);
       std::replace(key.begin(), key.end(), '-', '_');
-      // A value ends where the sentence goes on; a unit may follow it.
+      // A value ends where the sentence goes on; a unit may follow it. A message that begins so
+      // speaks of the thing itself.
       static const std::string number = "([-+.0-9e]+) ?([A-Za-z]*)|([A-Za-z]+)";
-      const std::regex setting("\\b" + key + ": (?:" + number + ")");
-      text = std::regex_replace(text, setting, option.takes_value ? name + " $1$2$3" : name);
+      const std::regex setting("([ (])" + key + ": (?:" + number + ")");
+      text = std::regex_replace(text, setting,
+                                option.takes_value ? "$1" + name + " $2$3$4" : "$1" + name);
       if (key.find('_') != std::string::npos)
         text = std::regex_replace(text, std::regex("\\b" + key + "\\b"), name);
     }

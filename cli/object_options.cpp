@@ -101,6 +101,14 @@ void add_object_options(Command& command, ObjectOptions& options) {
               "damping=6 + 1e-7*lambda; carillon list models), or group=preset,... for the "
               "physical groups of an MSH file")
       .required();
+  command
+      .option("--first-axis", options.first_axis,
+              "direction in the object of the material's first axis (of wood the grain), as x,y,z")
+      .show_default("1,0,0");
+  command
+      .option("--second-axis", options.second_axis,
+              "direction of its second axis (of wood across the rings)")
+      .show_default("0,1,0");
   command.option("--length", options.length,
                  "longest side the object is scaled to, e.g. 0.12 m (default: as the file says)");
   command.option("--unit", options.unit, "of the file's coordinates: mm, cm, m or inch")
@@ -148,6 +156,13 @@ void add_object_options(Command& command, ObjectOptions& options) {
 scene::Object named_object(const ObjectOptions& options) {
   scene::Object object = scene::parse_object(options.mesh, options.material);
   object.file.any_size = options.any_size;
+  if (!options.first_axis.empty() || !options.second_axis.empty()) {
+    const auto axis = [](const std::string& text, const Vec3& otherwise) {
+      return text.empty() ? otherwise : parse_position(text);
+    };
+    object.material_axes = scene::material_axes(axis(options.first_axis, Vec3::UnitX()),
+                                                axis(options.second_axis, Vec3::UnitY()));
+  }
   if (object.family.empty()) {
     refuse_idle(options);
     object.file.length = positive_length(options.length, "--length");
@@ -191,7 +206,8 @@ scene::SolvedObject solve_object(const ObjectOptions& options, const Context& co
   mpi::agreed(context.world, [&] { request = object_request(options); });
   scene::SolvedObject object = scene::solve_object(request, context.world, context.cache);
   if (context.speaks())
-    for (const std::string& warning : object.warnings) spdlog::warn("{}: {}", options.mesh, context.chosen->in_options(warning));
+    for (const std::string& warning : object.warnings)
+      spdlog::warn("{}: {}", options.mesh, context.chosen->in_options(warning));
   return object;
 }
 

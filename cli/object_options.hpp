@@ -16,7 +16,7 @@ struct ObjectOptions {
   std::string material;   ///< preset or key=value list; for MSH groups: group=name,...
   std::string length;     ///< longest side with unit; "": as it is
   std::string thickness;  ///< of open sheets
-  std::string unit;
+  std::string unit, first_axis, second_axis;
   bool any_size = false;
   std::optional<int> order;  ///< of tetrahedra; 3 when none is given
   std::string element_size;

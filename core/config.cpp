@@ -151,6 +151,26 @@ std::vector<double> ConfigNode::quantities(const std::string& key, Dimension dim
   return answer;
 }
 
+std::vector<double> ConfigNode::square_matrix(const std::string& key, Dimension dimension,
+                                              std::size_t count) {
+  const std::string wanted = fmt::format("a list of {0} lists of {0} values", count);
+  std::vector<double> answer;
+  std::vector<std::string> rows;
+  if (const ConfigTree* value = impl_->value(key, wanted, false)) {
+    if (value->kind != Kind::list || value->items.size() != count)
+      impl_->refuse_value(*value, key, wanted + " is wanted");
+    for (const ConfigTree& item : value->items) {
+      if (item.kind != Kind::list || item.items.size() != count)
+        impl_->refuse_value(item, key, wanted + " is wanted");
+      const std::vector<double> row = impl_->numbers(item, key, dimension);
+      answer.insert(answer.end(), row.begin(), row.end());
+      rows.push_back(yaml_quantities(row, dimension).value);
+    }
+  }
+  impl_->remember(key, ConfigText{fmt::format("[{}]", fmt::join(rows, ", ")), ""});
+  return answer;
+}
+
 namespace {
 
 /// Whole number in decimal digits, or as 1e6; nothing when the text is not one.

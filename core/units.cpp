@@ -91,8 +91,8 @@ struct Alias {
 constexpr std::array aliases = {
     Alias{"\u00b5", "u"},  // micro sign
     Alias{"\u03bc", "u"},  // Greek mu
-    Alias{"inches", "in"}, Alias{"inch", "in"},
-    Alias{"\u00b3", "^3"}, Alias{"\u00b0", "deg"}, Alias{"\u00b7", "*"}, Alias{"\u00a0", ""},
+    Alias{"inches", "in"},  Alias{"inch", "in"},  Alias{"\u00b3", "^3"},
+    Alias{"\u00b0", "deg"}, Alias{"\u00b7", "*"}, Alias{"\u00a0", ""},
 };
 
 constexpr std::string_view blanks = " \t\r\n";

@@ -211,6 +211,8 @@ ordered_json gallery_objects(const dataset::stored::StoredDataset& dataset, Repo
 ordered_json gallery_materials() {
   ordered_json list = ordered_json::array();
   for (const synth::material::Material& material : synth::material::preset_materials()) {
+    // Other isotropic solids have the modes of an object, rescaled; anisotropic ones have others.
+    if (material.elastic.anisotropy) continue;
     if (!is_rayleigh(material.damping)) continue;
     list.push_back({{"name", material.name},
                     {"youngs_modulus", material.elastic.youngs_modulus},

@@ -26,7 +26,8 @@ ReportFolders find_report_folders(const std::vector<std::string>& folders);
 
 /// What was built and how long it took: objects, stages, effects, ranks, failures, configuration.
 /// Made of the folder's own files; nothing is computed again.
-/// @param rows  of objects, tasks, failures and warnings each, at the most: those that took longest,
+/// @param rows  of objects, tasks, failures and warnings each, at the most: those that took
+/// longest,
 ///              the first failures; `objects`, `tasks_run`, `failed` and `warned` count all
 nlohmann::ordered_json dataset_report(const dataset::stored::StoredDataset& dataset,
                                       std::size_t rows);

@@ -16,6 +16,14 @@ nlohmann::json to_json(const synth::material::Material& material) {
                           {"density_kg_m3", material.elastic.density},
                           {"damping", damping},
                           {"source", material.source}};
+  if (const auto& anisotropy = material.elastic.anisotropy) {
+    nlohmann::json rows = nlohmann::json::array();
+    for (Eigen::Index i = 0; i < 6; ++i) {
+      const Eigen::Vector<double, 6> row = material.elastic.youngs_modulus * anisotropy->row(i);
+      rows.push_back(std::vector<double>(row.begin(), row.end()));
+    }
+    entry["stiffness_pa"] = rows;
+  }
   if (model.kind == synth::damping::DampingKind::rayleigh) {
     entry["alpha1_per_s"] = model.parameters.at(0);
     entry["alpha2_s"] = model.parameters.at(1);

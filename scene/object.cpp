@@ -8,6 +8,7 @@
 #include "core/error.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
+#include "solvers/elements/anisotropy.hpp"
 #include "solvers/families/families.hpp"
 
 namespace carillon::scene {
@@ -121,6 +122,15 @@ Object read_object(ConfigNode& node, const std::vector<std::string>& shared_mate
   object.file.length = node.not_negative("length", Dimension::length, 0);
   object.file.any_size = node.flag("any_size", false);
   read_materials(node, shared_materials, own, object);
+  if (node.has("material_axes")) {
+    core::ConfigNode axes = node.child("material_axes");
+    const auto axis = [&axes](const char* name) {
+      const auto v = axes.quantities(name, Dimension::none, 3);
+      return Vec3(v[0], v[1], v[2]);
+    };
+    const Vec3 first = axis("first"), second = axis("second");
+    at_key(node, "material_axes", [&] { object.material_axes = material_axes(first, second); });
+  }
   return object;
 }
 
@@ -136,8 +146,7 @@ Object parse_object(const std::string& shape, const std::string& material) {
     }
     object = parse_family(family, colon == std::string::npos ? "" : shape.substr(colon + 1));
   }
-  if (material.find('=') == std::string::npos ||
-      material.find("youngs_modulus") != std::string::npos) {
+  if (material.find('=') == std::string::npos || material.find("density") != std::string::npos) {
     if (!material.empty()) object.materials = {material};
   } else {
     for (const auto& [group, name] : core::parse_assignments(material)) {
@@ -163,12 +172,32 @@ solvers::mesh::MeshRequest mesh_request(const Object& object) {
   return request;
 }
 
+Eigen::Matrix3d material_axes(const Vec3& first, const Vec3& second) {
+  const Vec3 third = first.cross(second);
+  if (!first.allFinite() || !second.allFinite() ||
+      !(third.norm() > 1e-9 * first.norm() * second.norm()))
+    throw core::InputError("the material's axes lie along each other or have no length",
+                           "give two directions, as in [1, 0, 0] and [0, 1, 0]");
+  Eigen::Matrix3d axes;
+  axes.col(0) = first.normalized();
+  axes.col(2) = third.normalized();
+  axes.col(1) = axes.col(2).cross(axes.col(0));
+  return axes;
+}
+
+synth::material::Material object_material(const Object& object, const std::string& name,
+                                          const std::vector<synth::material::Material>& own) {
+  synth::material::Material material = synth::material::parse_material(name, own);
+  material.elastic = solvers::elements::rotated(material.elastic, object.material_axes);
+  return material;
+}
+
 RegionMaterials region_materials(const Object& object, const std::string& material,
                                  const std::vector<synth::material::Material>& own) {
   RegionMaterials materials;
-  if (object.groups.empty()) materials[""] = synth::material::parse_material(material, own);
+  if (object.groups.empty()) materials[""] = object_material(object, material, own);
   for (const auto& [group, name] : object.groups) {
-    materials[group] = synth::material::parse_material(name, own);
+    materials[group] = object_material(object, name, own);
   }
   return materials;
 }

@@ -29,6 +29,8 @@ struct Object {
   std::optional<ModelNet> modelnet;               ///< they lie in its folders
   /// Options of those files; length and any_size count for families too.
   solvers::mesh::MeshFile file;
+  /// Where the materials' own axes lie in the object, as columns of a rotation.
+  Eigen::Matrix3d material_axes = Eigen::Matrix3d::Identity();
   std::vector<std::string> materials;         ///< names, each a variant of its objects
   std::map<std::string, std::string> groups;  ///< instead: physical group -> material
 };
@@ -58,7 +60,17 @@ Object parse_object(const std::string& shape, const std::string& material);
 /// @throws InputError  the parameters contradict each other
 solvers::mesh::MeshRequest mesh_request(const Object& object);
 
-/// What fills the regions of its objects' meshes.
+/// Axes of a material in an object, as columns of a rotation.
+/// @param first, second  along its first axis, and in the plane of the first two
+/// @throws InputError  they have no length or lie along each other
+Eigen::Matrix3d material_axes(const Vec3& first, const Vec3& second);
+
+/// A material by its name, turned as it lies in an object.
+/// @throws InputError  an unknown material
+synth::material::Material object_material(const Object& object, const std::string& name,
+                                          const std::vector<synth::material::Material>& own);
+
+/// What fills the regions of its objects' meshes, turned as it lies in them.
 /// @param material  one of the object's; not looked at where physical groups have theirs
 /// @throws InputError  an unknown material
 RegionMaterials region_materials(const Object& object, const std::string& material,

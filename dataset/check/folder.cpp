@@ -261,9 +261,10 @@ Finding check_warnings(const DatasetFolder& folder) {
 
 Finding check_foreign_files(const DatasetFolder& folder) {
   const fs::path& root = folder.dataset.folder;
-  std::set<std::string> known = {
-      "index.h5",      "dataset.json", "failures.json", "warnings.json",     "croissant.json", "trace.json",
-      "journal.jsonl", ".lock",        "configuration.yaml", "README.md",      "LICENSE"};
+  std::set<std::string> known = {"index.h5",      "dataset.json",   "failures.json",
+                                 "warnings.json", "croissant.json", "trace.json",
+                                 "journal.jsonl", ".lock",          "configuration.yaml",
+                                 "README.md",     "LICENSE"};
   for (const run::ListedFile& file : folder.listed) known.insert(file.path);
   for (const configuration::InputFile& input :
        configuration::input_files(folder.dataset.build.config)) {

@@ -1,6 +1,7 @@
 #include "dataset/plan/plan.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -305,8 +306,9 @@ std::string identity_of(const synth::damping::DampingModel& model) {
 std::string fingerprint(const configuration::BuildConfig& config, const BuildPlan& plan) {
   core::Sha256 hash;
   for (const synth::material::Material& m : config.own_materials) {
-    hash.add(fmt::format("{} {} {} {} {}\n", m.name, m.elastic.youngs_modulus,
-                         m.elastic.poisson_ratio, m.elastic.density, identity_of(m.damping)));
+    hash.add(fmt::format("{} {} {}\n", m.name,
+                         fmt::join(solvers::elements::identity_of(m.elastic), " "),
+                         identity_of(m.damping)));
   }
   for (const scene::GivenStrike& s : config.scene.strikes.given) {
     const Vec3 direction = s.direction.value_or(Vec3::Zero());

@@ -78,9 +78,8 @@ std::string modes_identity(const configuration::BuildConfig& config, const plan:
       for (const auto& [group, name] : source.object.groups) names.push_back(name);
     }
     for (const std::string& name : names) {
-      const solvers::elements::Elastic e =
-          synth::material::parse_material(name, config.own_materials).elastic;
-      text += fmt::format(" {} {} {}", e.youngs_modulus, e.poisson_ratio, e.density);
+      const auto material = scene::object_material(source.object, name, config.own_materials);
+      text += fmt::format(" {}", fmt::join(solvers::elements::identity_of(material.elastic), " "));
     }
   }
   return text;

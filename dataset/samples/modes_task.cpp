@@ -26,10 +26,7 @@ namespace {
 bool same_set(const std::vector<Elastic>& a, const std::vector<Elastic>& b) {
   const auto close = [](double x, double y) { return std::abs(x - y) <= 1e-12 * std::abs(y); };
   for (std::size_t r = 0; r < a.size(); ++r) {
-    if (!close(a[r].poisson_ratio, b[r].poisson_ratio) &&
-        a[r].poisson_ratio != b[r].poisson_ratio) {
-      return false;
-    }
+    if (!same_law(a[r], b[r])) return false;
     if (!close(a[r].youngs_modulus * b[0].youngs_modulus,
                b[r].youngs_modulus * a[0].youngs_modulus) ||
         !close(a[r].density * b[0].density, b[r].density * a[0].density)) {

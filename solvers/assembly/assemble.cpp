@@ -48,12 +48,15 @@ Scales scales_of(const mesh::TetMesh& mesh, std::span<const elements::Elastic> r
   return scales;
 }
 
-std::vector<elements::LameConstants> lame_constants(std::span<const elements::Elastic> regions,
-                                                    const Scales& scales) {
-  std::vector<elements::LameConstants> out;
+std::vector<elements::ElasticConstants> elastic_constants(
+    std::span<const elements::Elastic> regions, const Scales& scales) {
+  std::vector<elements::ElasticConstants> out;
   for (const auto& region : regions) {
-    out.push_back(elements::lame_constants(region.youngs_modulus / scales.modulus,
-                                           region.poisson_ratio, region.density / scales.density));
+    out.push_back(elements::isotropic_constants(region.youngs_modulus / scales.modulus,
+                                                region.poisson_ratio,
+                                                region.density / scales.density));
+    if (region.anisotropy)
+      out.back().stiffness = region.youngs_modulus / scales.modulus * *region.anisotropy;
   }
   return out;
 }
@@ -129,7 +132,7 @@ System assemble(const mesh::TetMesh& mesh, std::span<const elements::Elastic> re
   System system;
   mpi::agreed_in_group(comm, [&] {
     system = empty_system(mesh, scales_of(mesh, regions), std::move(part), comm);
-    const auto constants = lame_constants(regions, system.scales);
+    const auto constants = elastic_constants(regions, system.scales);
     elements::ElementKernel kernel(mesh.order);
     elements::Coordinates nodes;
     Eigen::MatrixXd k, m;

@@ -63,8 +63,8 @@ System assemble(const mesh::TetMesh& mesh, std::span<const elements::Elastic> re
                 Partition part, MPI_Comm comm);
 
 /// Dimensionless constants of each region.
-std::vector<elements::LameConstants> lame_constants(std::span<const elements::Elastic> regions,
-                                                    const Scales& scales);
+std::vector<elements::ElasticConstants> elastic_constants(
+    std::span<const elements::Elastic> regions, const Scales& scales);
 /// Dimensionless node positions of an element.
 void gather(const mesh::TetMesh& mesh, std::size_t element, const Scales& scales,
             elements::Coordinates& nodes);

@@ -12,7 +12,7 @@ constexpr Eigen::Index max_values = 1 << 25, widest_batch = 256, narrowest_batch
 
 /// Products of one batch, written to `out`'s columns from `first`.
 void write_products(const mesh::TetMesh& mesh, const System& system,
-                    std::span<const std::vector<elements::LameConstants>> materials,
+                    std::span<const std::vector<elements::ElasticConstants>> materials,
                     const NodeFields& fields, Eigen::Index first,
                     std::vector<Eigen::MatrixXd>& out) {
   const auto count = fields.cols() / 3;
@@ -96,7 +96,7 @@ NodeFields gather_fields(const System& system, const Eigen::Ref<const Eigen::Mat
 
 std::vector<Eigen::MatrixXd> apply_stiffness(
     const mesh::TetMesh& mesh, const System& system,
-    std::span<const std::vector<elements::LameConstants>> materials,
+    std::span<const std::vector<elements::ElasticConstants>> materials,
     const Eigen::Ref<const Eigen::MatrixXd>& fields, MPI_Comm comm) {
   std::vector<Eigen::MatrixXd> out;
   mpi::agreed_in_group(comm, [&] {

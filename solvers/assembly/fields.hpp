@@ -28,7 +28,7 @@ NodeFields gather_fields(const System& system, const Eigen::Ref<const Eigen::Mat
 /// @note Collective on comm.
 std::vector<Eigen::MatrixXd> apply_stiffness(
     const mesh::TetMesh& mesh, const System& system,
-    std::span<const std::vector<elements::LameConstants>> materials,
+    std::span<const std::vector<elements::ElasticConstants>> materials,
     const Eigen::Ref<const Eigen::MatrixXd>& fields, MPI_Comm comm);
 
 }  // namespace carillon::solvers::assembly

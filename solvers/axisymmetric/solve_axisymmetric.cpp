@@ -36,6 +36,9 @@ void check_input(const mesh::Meridian& meridian, const elements::Elastic& m,
   require(axisymmetric.order >= 2 && axisymmetric.order <= 14,
           fmt::format("cells of order {} are not known; 2 to 14 are", axisymmetric.order));
   elements::check_elastic(m);
+  if (m.anisotropy)
+    throw core::InputError("the axisymmetric solver knows isotropic materials alone",
+                           "solve the body in tetrahedra");
   eigen::check_band(band);
 }
 

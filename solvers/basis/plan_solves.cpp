@@ -25,7 +25,9 @@ bool can_fraction(const ModeRequest& request) {
   const double ratio = request.regions[0].poisson_ratio;
   return ratio >= lowest_ratio && ratio <= highest_ratio &&
          std::all_of(request.regions.begin(), request.regions.end(),
-                     [ratio](const elements::Elastic& e) { return e.poisson_ratio == ratio; });
+                     [ratio](const elements::Elastic& e) {
+                       return e.poisson_ratio == ratio && !e.anisotropy;
+                     });
 }
 
 bool same_contrasts(const std::vector<elements::Elastic>& a,

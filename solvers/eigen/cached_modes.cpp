@@ -42,7 +42,8 @@ std::string modes_key(const mesh::TetMesh& mesh, std::span<const elements::Elast
   hash.add(std::span<const std::int32_t>(mesh.faces));
   std::vector<double> numbers;
   for (const auto& region : regions) {
-    numbers.insert(numbers.end(), {region.youngs_modulus, region.poisson_ratio, region.density});
+    const std::vector<double> own = elements::identity_of(region);
+    numbers.insert(numbers.end(), own.begin(), own.end());
   }
   numbers.insert(
       numbers.end(),

@@ -25,7 +25,7 @@ Eigen::MatrixXd columns_of(const EigenPairs& pairs, std::span<const std::size_t>
 void add_energies(const mesh::TetMesh& mesh, std::span<const elements::Elastic> regions,
                   const assembly::System& system, const assembly::NodeFields& fields,
                   Eigen::Ref<Eigen::ArrayXXd> strain, Eigen::Ref<Eigen::ArrayXXd> kinetic) {
-  const auto constants = assembly::lame_constants(regions, system.scales);
+  const auto constants = assembly::elastic_constants(regions, system.scales);
   elements::ElementKernel kernel(mesh.order);
   elements::Coordinates nodes;
   Eigen::MatrixXd u(kernel.nodes(), fields.cols());

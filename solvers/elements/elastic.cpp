@@ -2,13 +2,45 @@
 
 #include <fmt/core.h>
 
+#include <Eigen/Eigenvalues>
 #include <cmath>
 
 #include "core/error.hpp"
 
 namespace carillon::solvers::elements {
 
+bool same_law(const Elastic& a, const Elastic& b) {
+  constexpr double rounding = 1e-12;
+  if (a.anisotropy.has_value() != b.anisotropy.has_value()) return false;
+  if (a.anisotropy)
+    return (*a.anisotropy - *b.anisotropy).norm() <= rounding * b.anisotropy->norm();
+  return std::abs(a.poisson_ratio - b.poisson_ratio) <= rounding * std::abs(b.poisson_ratio);
+}
+
+std::vector<double> identity_of(const Elastic& m) {
+  std::vector<double> numbers = {m.youngs_modulus, m.poisson_ratio, m.density};
+  if (m.anisotropy)
+    numbers.insert(numbers.end(), m.anisotropy->data(),
+                   m.anisotropy->data() + m.anisotropy->size());
+  return numbers;
+}
+
 std::optional<core::Fault> elastic_fault(const Elastic& m) {
+  if (m.anisotropy) {
+    // Below rounding of the largest nothing is known.
+    constexpr double least = 1e-9;
+    const Eigen::SelfAdjointEigenSolver<Voigt> solver(*m.anisotropy, Eigen::EigenvaluesOnly);
+    const auto& values = solver.eigenvalues();
+    if (!m.anisotropy->allFinite() || !(values[0] > least * values[5])) {
+      return core::Fault{
+          "stiffness",
+          fmt::format("the stiffness must be positive definite: every strain costs energy; its "
+                      "smallest eigenvalue over the largest is {:.3g}",
+                      values[0] / values[5]),
+          "of engineering constants: moduli are positive, nu12^2 < E1 / E2, nu13^2 < E1 / E3, "
+          "nu23^2 < E2 / E3, and the three are not large at once"};
+    }
+  }
   if (!(m.youngs_modulus > 0) || !std::isfinite(m.youngs_modulus)) {
     return core::Fault{"youngs_modulus",
                        fmt::format("Young's modulus must be positive, not {} Pa", m.youngs_modulus),

@@ -30,11 +30,27 @@ void square(const Eigen::MatrixXd& a, Eigen::MatrixXd& out) {
   out.triangularView<Eigen::StrictlyUpper>() = out.transpose();
 }
 
+/// Where a pair of axes stands in Voigt's order.
+constexpr int voigt[3][3] = {{0, 5, 4}, {5, 1, 3}, {4, 3, 2}};
+
+using Tensor = Eigen::Matrix<double, 9, 9>;
+
+/// Maps integrals of N_a,k N_b,l (at k + 3 l) to the block K_ij (at i + 3 j): C_ikjl.
+Tensor coupling(const Voigt& stiffness) {
+  Tensor tensor;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j)
+      for (int k = 0; k < 3; ++k)
+        for (int l = 0; l < 3; ++l)
+          tensor(i + 3 * j, k + 3 * l) = stiffness(voigt[i][k], voigt[j][l]);
+  return tensor;
+}
+
 }  // namespace
 
-LameConstants lame_constants(double youngs_modulus, double poisson_ratio, double density) {
+ElasticConstants isotropic_constants(double youngs_modulus, double poisson_ratio, double density) {
   const double mu = youngs_modulus / (2 * (1 + poisson_ratio));
-  return {2 * mu * poisson_ratio / (1 - 2 * poisson_ratio), mu, density};
+  return {2 * mu * poisson_ratio / (1 - 2 * poisson_ratio), mu, density, {}};
 }
 
 ElementKernel::ElementKernel(int order)
@@ -121,7 +137,7 @@ double ElementKernel::place(const Coordinates& nodes) {
   return smallest;
 }
 
-void ElementKernel::stiffness(const LameConstants& material, Eigen::MatrixXd& k) {
+void ElementKernel::stiffness(const ElasticConstants& material, Eigen::MatrixXd& k) {
   const auto points = volumes_.size();
   // One product gives every integral of N_a,i N_b,j: rows and columns i nodes + a.
   weighted_.resize(3 * nodes_, points);
@@ -132,6 +148,7 @@ void ElementKernel::stiffness(const LameConstants& material, Eigen::MatrixXd& k)
     }
   }
   square(weighted_, products_);
+  const Tensor general = material.stiffness ? coupling(*material.stiffness) : Tensor();
   k.resize(3 * nodes_, 3 * nodes_);
   for (int b = 0; b < nodes_; ++b) {
     for (int a = b; a < nodes_; ++a) {
@@ -139,8 +156,14 @@ void ElementKernel::stiffness(const LameConstants& material, Eigen::MatrixXd& k)
       for (int j = 0; j < 3; ++j) {
         for (int i = 0; i < 3; ++i) s(i, j) = products_(i * nodes_ + a, j * nodes_ + b);
       }
-      Eigen::Matrix3d block = material.lambda * s + material.mu * s.transpose();
-      block.diagonal().array() += material.mu * s.trace();
+      Eigen::Matrix3d block;
+      if (material.stiffness) {
+        const auto gradients = Eigen::Map<const Eigen::Vector<double, 9>>(s.data());
+        Eigen::Map<Eigen::Vector<double, 9>>(block.data()).noalias() = general * gradients;
+      } else {
+        block = material.lambda * s + material.mu * s.transpose();
+        block.diagonal().array() += material.mu * s.trace();
+      }
       k.block<3, 3>(3 * a, 3 * b) = block;
       k.block<3, 3>(3 * b, 3 * a) = block.transpose();
     }
@@ -157,7 +180,7 @@ void ElementKernel::mass(double density, Eigen::MatrixXd& m) {
   square(weighted_, m);
 }
 
-void ElementKernel::add_energies(const LameConstants& material,
+void ElementKernel::add_energies(const ElasticConstants& material,
                                  const Eigen::Ref<const Eigen::MatrixXd>& u,
                                  Eigen::Ref<Eigen::ArrayXd> strain,
                                  Eigen::Ref<Eigen::ArrayXd> kinetic) {
@@ -170,6 +193,11 @@ void ElementKernel::add_energies(const LameConstants& material,
       const auto h = products_.block<3, 3>(3 * q, 3 * f);
       const double trace = h(0, 0) + h(1, 1) + h(2, 2);
       const double xy = h(0, 1) + h(1, 0), xz = h(0, 2) + h(2, 0), yz = h(1, 2) + h(2, 1);
+      if (material.stiffness) {
+        const Eigen::Vector<double, 6> e(h(0, 0), h(1, 1), h(2, 2), yz, xz, xy);
+        sum += volumes_[q] * e.dot(*material.stiffness * e);
+        continue;
+      }
       const double normal = h(0, 0) * h(0, 0) + h(1, 1) * h(1, 1) + h(2, 2) * h(2, 2);
       sum += volumes_[q] * (material.lambda * trace * trace +
                             material.mu * (2 * normal + xy * xy + xz * xz + yz * yz));

@@ -1,17 +1,22 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
+
+#include "solvers/elements/elastic.hpp"
 
 namespace carillon::solvers::elements {
 
-/// Isotropic constants of an element in whatever unit the caller works in.
-struct LameConstants {
+/// Constants of an element in whatever unit the caller works in: Lame's or, where there is one, a
+/// stiffness in their place.
+struct ElasticConstants {
   double lambda = 0;
   double mu = 0;
   double density = 0;
+  std::optional<Voigt> stiffness = {};
 };
-LameConstants lame_constants(double youngs_modulus, double poisson_ratio, double density);
+ElasticConstants isotropic_constants(double youngs_modulus, double poisson_ratio, double density);
 
 using Coordinates = Eigen::Matrix<double, 3, Eigen::Dynamic>;
 
@@ -27,7 +32,7 @@ class ElementKernel {
   double place(const Coordinates& nodes);
 
   /// Of the element placed last: stiffness, 3 nodes x 3 nodes, unknowns node by node (x, y, z).
-  void stiffness(const LameConstants& material, Eigen::MatrixXd& k);
+  void stiffness(const ElasticConstants& material, Eigen::MatrixXd& k);
   /// Consistent mass of one displacement component, nodes x nodes.
   void mass(double density, Eigen::MatrixXd& m);
 
@@ -36,7 +41,7 @@ class ElementKernel {
   /// x^T K x.
   /// @param u  nodes x 3 fields: columns 3 f + component
   /// @param strain, kinetic  u^T K u and u^T M u, added to, one for each field
-  void add_energies(const LameConstants& material, const Eigen::Ref<const Eigen::MatrixXd>& u,
+  void add_energies(const ElasticConstants& material, const Eigen::Ref<const Eigen::MatrixXd>& u,
                     Eigen::Ref<Eigen::ArrayXd> strain, Eigen::Ref<Eigen::ArrayXd> kinetic);
 
   int nodes() const { return nodes_; }

@@ -15,8 +15,8 @@ namespace carillon::solvers::mesh {
 std::string unit_question(const MeshFile& file, double longest, double mass);
 
 /// What a person should know before they use the mesh of a file: a repair that changed the volume
-/// by more than a hundredth, inner surfaces that look outward, a size that asks for a unit, elements
-/// that follow the surface by less than a fiftieth.
+/// by more than a hundredth, inner surfaces that look outward, a size that asks for a unit,
+/// elements that follow the surface by less than a fiftieth.
 /// @param mass  of the body [kg]
 std::vector<std::string> mesh_warnings(const MeshFile& file, const MeshResult& mesh, double mass);
 

@@ -24,13 +24,19 @@ struct Material {
 /// - gpd_plastic_1, gpd_plastic_2, gpd_porcelain, gpd_wood, gpd_aluminum: Sterling 2019, Table 3.1,
 ///   the Rayleigh rows; with `_caughey` and `_power` behind the name those rows.
 ///
+/// - spruce, maple, oak: orthotropic woods of the Wood Handbook, damped as Hiner's wood.
+///
 /// What the tables lack of E, nu and rho comes from handbooks, and `source` says which.
 const std::vector<Material>& preset_materials();
 
 /// A preset by name, or
 /// `youngs_modulus=7.2e10,poisson_ratio=0.19,density=2700[,alpha1=6,alpha2=1e-7]` (units allowed:
-/// `72 GPa`; damping left out is no damping). Other damping: `damping=hybrid,alpha1=3.9,...` or a
-/// formula, `damping=6 + 1e-7*lambda`; commas within parentheses belong to the formula.
+/// `72 GPa`; damping left out is no damping). Anisotropic solids: `E1=...,E2=...,E3=...,nu12=...,
+/// nu13=...,nu23=...,G12=...,G13=...,G23=...` (nu_ij: strain along j under a stress along i), cubic
+/// `C11,C12,C44`, hexagonal `C11,C12,C13,C33,C44`, or `stiffness=` with the 36 entries or the 21 of
+/// the upper triangle (Voigt's order 11 22 33 23 13 12) between blanks. Other damping:
+/// `damping=hybrid,alpha1=3.9,...` or a formula, `damping=6 + 1e-7*lambda`; commas within
+/// parentheses belong to the formula.
 /// @throws InputError  unknown (names the nearest), malformed or unphysical
 Material parse_material(const std::string& text);
 /// The same, where a configuration's or file's own materials come first.

@@ -37,12 +37,29 @@ damping::DampingModel read_damping(core::ConfigNode& node, const std::string& ke
   return model;
 }
 
+void read_elastic(core::ConfigNode& node, solvers::elements::Elastic& elastic) {
+  GivenElastic given;
+  for (const ElasticField& field : elastic_fields())
+    if (node.has(field.name))
+      given.constants[field.name] = node.quantity(field.name, field.dimension);
+  if (node.has("stiffness")) {
+    given.stiffness =
+        stiffness_matrix(node.square_matrix("stiffness", core::Dimension::pressure, 6));
+    if (!given.stiffness) node.fail("stiffness", "a stiffness is a symmetric matrix");
+  }
+  if (const auto fault = make_elastic(given, elastic)) {
+    // A constant that is missing is asked for, so that the error names it and its unit.
+    for (const ElasticField& field : elastic_fields())
+      if (fault->key == field.name && !node.has(field.name))
+        node.quantity(field.name, field.dimension);
+    node.fail(fault->key, fault->message, fault->hint);
+  }
+}
+
 Material read_material(core::ConfigNode node, const std::string& name, const std::string& path) {
   Material material;
   material.name = name;
-  for (const ElasticField& field : elastic_fields) {
-    field.value(material) = node.quantity(field.name, field.dimension);
-  }
+  read_elastic(node, material.elastic);
   if (node.is_mapping("damping")) {
     core::ConfigNode damping = node.child("damping");
     material.damping = read_damping(damping, "model");

@@ -1,5 +1,9 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
+
+#include "solvers/elements/anisotropy.hpp"
 #include "synth/material/material.hpp"
 
 namespace carillon::synth::material {
@@ -121,6 +125,73 @@ void add_gpd_rows(std::vector<Material>& presets) {
           {0.225, 1.45e-6}, {9.7, -3.4e-6, 5.8e-13}, {0.02, 0.445});
 }
 
+/// A species of the Wood Handbook: axes along the grain, across the growth rings, along them.
+struct Species {
+  const char* name;
+  const char* english;
+  double bending_modulus;         ///< at 12 % moisture, table 5-3 [Pa]
+  double specific_gravity;        ///< the same
+  std::array<double, 2> youngs;   ///< E_R and E_T over E_L, table 5-1
+  std::array<double, 3> shear;    ///< G_RT, G_LT and G_LR over E_L, table 5-1
+  std::array<double, 3> poisson;  ///< nu_RT, nu_LT, nu_LR, table 5-2
+  const char* remark;
+};
+
+constexpr const char* no_rolling_shear =
+    "; G_RT is not tabled, 0.02 E_L as of other hardwoods there";
+constexpr std::array<Species, 3> species = {{
+    {"spruce",
+     "Sitka spruce",
+     10.8e9,
+     0.40,
+     {0.078, 0.043},
+     {0.003, 0.061, 0.064},
+     {0.435, 0.467, 0.372},
+     ""},
+    {"maple",
+     "sugar maple",
+     12.6e9,
+     0.63,
+     {0.132, 0.065},
+     {0.02, 0.063, 0.111},
+     {0.774, 0.476, 0.424},
+     no_rolling_shear},
+    {"oak",
+     "northern red oak",
+     12.5e9,
+     0.63,
+     {0.154, 0.082},
+     {0.02, 0.081, 0.089},
+     {0.560, 0.448, 0.350},
+     no_rolling_shear},
+}};
+
+/// Orthotropic woods with the damping of Hiner's.
+void add_woods(std::vector<Material>& presets) {
+  const damping::DampingModel damping =
+      std::find_if(presets.begin(), presets.end(), [](const Material& m) {
+        return m.name == "wood";
+      })->damping;
+  for (const Species& wood : species) {
+    // Bending tests of the table include some shear: a tenth more along the grain.
+    const double grain = 1.1 * wood.bending_modulus;
+    const solvers::elements::EngineeringConstants constants = {
+        {grain, wood.youngs[0] * grain, wood.youngs[1] * grain},
+        wood.poisson,
+        {wood.shear[0] * grain, wood.shear[1] * grain, wood.shear[2] * grain}};
+    constexpr double moisture = 1.12, water = 1000;
+    presets.push_back(
+        {wood.name,
+         solvers::elements::anisotropic(solvers::elements::orthotropic_stiffness(constants),
+                                        moisture * water * wood.specific_gravity),
+         damping,
+         fmt::format(
+             "{} at 12 % moisture: Forest Products Laboratory, Wood Handbook (2010), tables "
+             "5-1 to 5-3, E_L a tenth above the bending modulus{}; damping: {}",
+             wood.english, wood.remark, hiner_table)});
+  }
+}
+
 }  // namespace
 
 const std::vector<Material>& preset_materials() {
@@ -128,6 +199,7 @@ const std::vector<Material>& preset_materials() {
     std::vector<Material> rows = hiner_rows();
     add_sterling_rows(rows);
     add_gpd_rows(rows);
+    add_woods(rows);
     return rows;
   }();
   return presets;

@@ -152,7 +152,8 @@ TEST_F(CommandLine, MessagesSpeakOfOptions) {
             "say --count 3, or --level -6dB; quiet: true");
   EXPECT_EQ(mix.in_options("raise per_node (is the way: left?)"),
             "raise --per-node (is the --way left?)");
-  EXPECT_EQ(program.common().in_options("quiet: true helps"), "--quiet helps");
+  EXPECT_EQ(program.common().in_options("or quiet: true helps"), "or --quiet helps");
+  EXPECT_EQ(mix.in_options("count: three is no number"), "count: three is no number");
   EXPECT_EQ(mix.in_options("the count is 3"), "the count is 3");
 }
 

@@ -75,7 +75,7 @@ class Check(FolderTest):
         self.assertEqual(report["samples"], 60)
         self.assertEqual({c["name"] for c in report["checks"]}, {
             "configuration", "counts", "schema", "checksums", "description", "index", "ids", "values", "clipping",
-            "silence", "split_shape", "split_strike", "rooms", "noise", "failures", "files", "publication"})
+            "silence", "split_shape", "split_strike", "rooms", "noise", "failures", "warnings", "files", "publication"})
         self.assertIn("5 of them distinct", self.find("split_shape", report)["text"])
         self.assertEqual(report, self.check(ranks=2))
 

@@ -231,7 +231,7 @@ class Errors(FolderTest):
     def test_units_are_suggested(self):
         header, corners, faces = CUBE[:10], CUBE[10:-60], CUBE[-60:]
         mesh = self.write("mm.off", header + corners.replace("1", "120") + faces)
-        self.expect(2, "length: 0.12", "modes", mesh, "-m", "steel")
+        self.expect(2, "--unit mm or --length 0.12m", "modes", mesh, "-m", "steel")
 
     def test_sizes_that_are_slips_of_a_unit(self):
         self.expect(2, "millimetres", "modes", "bar:length=120,width=20,height=10", "-m", "steel")
@@ -251,7 +251,7 @@ class Errors(FolderTest):
         self.expect(2, "raise the memory limit", "modes", *TILE, "--memory-limit", "1MB")
         self.expect(2, "976.6 KiB", "modes", *TILE, "--memory-limit", "1MB")
         mesh = self.write("large.msh", msh_2(*two_part_bar()))
-        self.expect(2, "raise max_elements", "modes", mesh, "-m", "steel", "--max-elements", "3")
+        self.expect(2, "raise --max-elements", "modes", mesh, "-m", "steel", "--max-elements", "3")
 
     def test_refused_meshes(self):
         # Two bars that meet in one edge alone.

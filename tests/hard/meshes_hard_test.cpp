@@ -50,8 +50,8 @@ void expect_hertz(const std::vector<double>& found, const std::vector<double>& t
 }
 
 /// Two prongs of 10 x 6 mm, 75 mm long and 1 mm apart, on a common end of 25 mm [m].
-const std::vector<Vec2> slotted_bar = {{0, 0},        {0.1, 0},      {0.1, 0.021},   {0, 0.021},
-                                       {0, 0.011},    {0.075, 0.011}, {0.075, 0.01}, {0, 0.01}};
+const std::vector<Vec2> slotted_bar = {{0, 0},     {0.1, 0},       {0.1, 0.021},  {0, 0.021},
+                                       {0, 0.011}, {0.075, 0.011}, {0.075, 0.01}, {0, 0.01}};
 
 /// Every triangle in four, `times` times.
 solvers::mesh::SurfaceMesh refined(solvers::mesh::SurfaceMesh mesh, int times) {

@@ -61,6 +61,22 @@ std::vector<double> box_frequencies(const std::array<double, 3>& sides,
                                     double poisson_ratio, double density, std::size_t count) {
   const double mu = youngs_modulus / (2 * (1 + poisson_ratio));
   const double lambda = 2 * mu * poisson_ratio / (1 - 2 * poisson_ratio);
+  Eigen::Matrix<double, 6, 6> stiffness = Eigen::Matrix<double, 6, 6>::Zero();
+  stiffness.topLeftCorner<3, 3>().setConstant(lambda);
+  stiffness.diagonal().head<3>().array() += 2 * mu;
+  stiffness.diagonal().tail<3>().setConstant(mu);
+  return box_frequencies(sides, degrees, stiffness, density, count);
+}
+
+std::vector<double> box_frequencies(const std::array<double, 3>& sides,
+                                    const std::array<int, 3>& degrees,
+                                    const Eigen::Matrix<double, 6, 6>& stiffness, double density,
+                                    std::size_t count) {
+  // C_iajb by Voigt's places of its pairs.
+  const auto c = [&stiffness](int i, int a, int j, int b) {
+    const auto place = [](int p, int q) { return p == q ? p : 6 - p - q; };
+    return stiffness(place(i, a), place(j, b));
+  };
   const LegendreIntegrals integrals(*std::max_element(degrees.begin(), degrees.end()));
   std::vector<double> frequencies;
   for (int parity = 0; parity < 8; ++parity) {
@@ -91,10 +107,12 @@ std::vector<double> box_frequencies(const std::array<double, 3>& sides,
       for (Eigen::Index column = 0; column <= row; ++column) {
         const auto& u = terms[static_cast<std::size_t>(row)];
         const auto& v = terms[static_cast<std::size_t>(column)];
-        double sum = lambda * integral(u, v, u.component, v.component) +
-                     mu * integral(u, v, v.component, u.component);
-        if (u.component == v.component) {
-          for (int a = 0; a < 3; ++a) sum += mu * integral(u, v, a, a);
+        double sum = 0;
+        for (int a = 0; a < 3; ++a) {
+          for (int b = 0; b < 3; ++b) {
+            const double constant = c(u.component, a, v.component, b);
+            if (constant != 0) sum += constant * integral(u, v, a, b);
+          }
         }
         k(row, column) = k(column, row) = sum / density;
       }

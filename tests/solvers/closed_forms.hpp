@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <string>
 #include <vector>
@@ -13,6 +14,12 @@ namespace carillon::test {
 std::vector<double> box_frequencies(const std::array<double, 3>& sides,
                                     const std::array<int, 3>& degrees, double youngs_modulus,
                                     double poisson_ratio, double density, std::size_t count);
+/// The same of an orthotropic solid whose axes are the box's, by its stiffness [Pa] in Voigt's
+/// order.
+std::vector<double> box_frequencies(const std::array<double, 3>& sides,
+                                    const std::array<int, 3>& degrees,
+                                    const Eigen::Matrix<double, 6, 6>& stiffness, double density,
+                                    std::size_t count);
 
 /// A root of the free sphere's characteristic equations (Lamb 1882).
 struct SphereMode {

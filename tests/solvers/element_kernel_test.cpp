@@ -79,7 +79,8 @@ class Kernel : public testing::TestWithParam<Case> {
     const auto [order, curved] = GetParam();
     return element_on(some_corners(), order, curved ? 0.03 : 0, 7);
   }
-  solvers::elements::LameConstants material = solvers::elements::lame_constants(2.5, 0.3, 1.7);
+  solvers::elements::ElasticConstants material =
+      solvers::elements::isotropic_constants(2.5, 0.3, 1.7);
 };
 INSTANTIATE_TEST_SUITE_P(Orders, Kernel,
                          testing::Values(Case{1, false}, Case{2, false}, Case{3, false},
@@ -194,7 +195,7 @@ TEST(Stiffness, OfFourNodesIsTheTextbookMatrix) {
   kernel.place(corners);
   const double youngs = 2.5, nu = 0.3;
   Eigen::MatrixXd k;
-  kernel.stiffness(solvers::elements::lame_constants(youngs, nu, 1), k);
+  kernel.stiffness(solvers::elements::isotropic_constants(youngs, nu, 1), k);
   Eigen::Matrix4d affine;
   affine << Eigen::RowVector4d::Ones(), corners;
   const Eigen::Matrix4d inverse = affine.inverse();  // row a: 1, x, y, z coefficients of N_a

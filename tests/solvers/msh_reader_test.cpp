@@ -84,7 +84,8 @@ TEST_F(MshReader, GivesNodesTheirPlacesInEveryVersionAndOrder) {
     for (const bool binary : {false, true}) {
       if (version == 4.0 && binary) continue;  // written by no Gmsh of today, and not read
       for (int order = 1; order <= 4; ++order) {
-        SCOPED_TRACE(testing::Message() << version << (parametric ? " parametric" : "") << (binary ? " binary" : " text") << order);
+        SCOPED_TRACE(testing::Message() << version << (parametric ? " parametric" : "")
+                                        << (binary ? " binary" : " text") << order);
         const mesh::TetMesh mesh = mesh::readers::read_msh(write_block(version, binary, order));
         ASSERT_EQ(mesh.order, order);
         EXPECT_EQ(mesh.region_names, (std::vector<std::string>{"group_3", "oak, left"}));

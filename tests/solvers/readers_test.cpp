@@ -214,7 +214,8 @@ TEST(ReadOff, RefusesWhatDoesNotFitItsCounts) {
 
 TEST(ReadOff, LetsLinesEndAnywhere) {
   const std::string numbers =
-      "8 12 0 0 0 0 1 0 0 0 1 0 1 1 0 0 0 1 1 0 1 0 1 1 1 1 1 3 0 2 3 3 0 3 1 3 4 5 7 3 4 7 6 3 0 1 5 "
+      "8 12 0 0 0 0 1 0 0 0 1 0 1 1 0 0 0 1 1 0 1 0 1 1 1 1 1 3 0 2 3 3 0 3 1 3 4 5 7 3 4 7 6 3 0 "
+      "1 5 "
       "3 0 5 4 3 2 6 7 3 2 7 3 3 0 4 6 3 0 6 2 3 1 3 7 3 1 7 5";
   for (std::size_t width = 1; width < 12; ++width) {
     std::string text = "OFF";
@@ -226,8 +227,7 @@ TEST(ReadOff, LetsLinesEndAnywhere) {
     EXPECT_NEAR(mesh::signed_volume(cube), 1, 1e-15) << width;
   }
   // What follows the last face belongs nowhere.
-  EXPECT_NE(error_of(mesh::readers::read_off, "OFF\n3 1 0\n0 0 0 1 0 0\n0 1 0\n3 0 1 2 0 9\n"),
-            "");
+  EXPECT_NE(error_of(mesh::readers::read_off, "OFF\n3 1 0\n0 0 0 1 0 0\n0 1 0\n3 0 1 2 0 9\n"), "");
 }
 
 TEST(ReadSurface, KnowsTextByItsByteOrderMark) {
@@ -273,11 +273,11 @@ TEST(ReadPly, RefusesWhatItCannotRead) {
   EXPECT_NE(error_of(mesh::readers::read_ply, head + face + "end_header\n").find("\"vertex\""),
             std::string::npos);
   const std::string whole = head + xyz + face + "end_header\n";
-  EXPECT_NE(message_of<InputError>([&] {
-              mesh::readers::triangulate(
-                  mesh::readers::read_ply("mesh", whole + "0 0 nan\n3 0 0 0\n"));
-            }).find("not finite"),
-            std::string::npos);
+  EXPECT_NE(
+      message_of<InputError>([&] {
+        mesh::readers::triangulate(mesh::readers::read_ply("mesh", whole + "0 0 nan\n3 0 0 0\n"));
+      }).find("not finite"),
+      std::string::npos);
   EXPECT_NE(error_of(mesh::readers::read_ply, whole + "0 0 0\n3 0 0 1\n").find("vertex 1"),
             std::string::npos);
   EXPECT_NE(error_of(mesh::readers::read_ply, whole + "0 0 0\n3 0 0\n").find("mesh:12: "),
@@ -426,7 +426,8 @@ TEST(ScaleToMetres, SuggestsTheUnit) {
   const std::string message =
       message_of<InputError>([&] { mesh::readers::scale_to_metres(box, file); });
   EXPECT_NE(message.find("355.6 m"), std::string::npos) << message;
-  EXPECT_NE(message.find("millimetres say unit: mm or length: 0.3556 m"), std::string::npos) << message;
+  EXPECT_NE(message.find("millimetres say unit: mm or length: 0.3556 m"), std::string::npos)
+      << message;
   file.any_size = true;
   EXPECT_EQ(mesh::readers::scale_to_metres(box, file), 1);
   file.any_size = false;

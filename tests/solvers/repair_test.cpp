@@ -111,8 +111,8 @@ TEST(Repair, RefusesBodiesThatOnlyTouch) {
 TEST(Repair, BelievesOrientationBeforeItUnites) {
   // A cup whose cavity pokes out at the top.
   const mesh::SurfaceMesh outer = box_surface(Vec3(0.06, 0.06, 0.05), 2);
-  const mesh::SurfaceMesh inner = moved(box_surface(Vec3(0.05, 0.05, 0.047), 2),
-                                        Vec3(0.005, 0.005, 0.005));
+  const mesh::SurfaceMesh inner =
+      moved(box_surface(Vec3(0.05, 0.05, 0.047), 2), Vec3(0.005, 0.005, 0.005));
   const double walls = 0.06 * 0.06 * 0.05 - 0.05 * 0.05 * 0.045;
   const Outcome cup = repaired(together(outer, turned_over(inner)));
   EXPECT_NEAR(mesh::signed_volume(cup.body), walls, 1e-12);
@@ -132,7 +132,8 @@ TEST(Repair, ClosesAFaceAndNoMouth) {
   std::erase_if(box.triangles, [&box](const mesh::Triangle& t) {
     const Vec3 middle = (box.vertices[static_cast<std::size_t>(t[0])] +
                          box.vertices[static_cast<std::size_t>(t[1])] +
-                         box.vertices[static_cast<std::size_t>(t[2])]) / 3;
+                         box.vertices[static_cast<std::size_t>(t[2])]) /
+                        3;
     return middle.z() > 0.0059 && middle.x() > 0.08;
   });
   const Outcome closed = repaired(box);
@@ -160,8 +161,8 @@ TEST(Repair, WrapsNoSlotAway) {
   const mesh::SurfaceMesh right = moved(left, Vec3(0, 0.0106, 0));
   mesh::SurfaceMesh end = moved(box_surface(Vec3(0.02, 0.0206, 0.006), 4), Vec3(0.09, 0, 0));
   const mesh::SurfaceMesh fork = together(together(left, right), end);
-  const double slot = mesh::repair::misplaced_share(
-      fork, box_surface(Vec3(0.11, 0.0206, 0.006), 4), 2e-4);
+  const double slot =
+      mesh::repair::misplaced_share(fork, box_surface(Vec3(0.11, 0.0206, 0.006), 4), 2e-4);
   EXPECT_GT(slot, 0.05);
   const Outcome united = repaired(fork);
   EXPECT_LT(mesh::repair::misplaced_share(fork, united.body, 2e-4), 0.005);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/LU>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -48,7 +49,7 @@ std::string file_error(const std::string& text) {
 }
 
 TEST(PresetMaterials, AreThePublishedRows) {
-  ASSERT_EQ(material::preset_materials().size(), 34u);
+  ASSERT_EQ(material::preset_materials().size(), 37u);
   const material::Material steel = material::parse_material("steel");
   EXPECT_EQ(steel.elastic.youngs_modulus, 2.0e11);
   EXPECT_EQ(steel.elastic.poisson_ratio, 0.29);
@@ -59,6 +60,43 @@ TEST(PresetMaterials, AreThePublishedRows) {
   EXPECT_EQ(polycarbonate.damping.parameters[0], 0.5);
   EXPECT_EQ(polycarbonate.damping.parameters[1], 4e-7);
   EXPECT_EQ(material::parse_material("sterling_travertine").damping.parameters[1], 2.5e-8);
+}
+
+TEST(PresetMaterials, WoodsAreOrthotropic) {
+  const solvers::elements::Elastic spruce = material::parse_material("spruce").elastic;
+  ASSERT_TRUE(spruce.anisotropy);
+  const auto compliance =
+      solvers::elements::Voigt((spruce.youngs_modulus * *spruce.anisotropy).inverse());
+  EXPECT_NEAR(1 / compliance(0, 0), 1.1 * 10.8e9, 1e3);
+  EXPECT_NEAR(1 / compliance(2, 2), 0.043 * 1.1 * 10.8e9, 1e3);
+  EXPECT_NEAR(1 / compliance(3, 3), 0.003 * 1.1 * 10.8e9, 1e3);
+  EXPECT_NEAR(-compliance(1, 0) / compliance(0, 0), 0.372, 1e-9);
+  EXPECT_EQ(spruce.density, 448);
+  // A polycrystal of it lies between its softest and its stiffest direction.
+  EXPECT_GT(spruce.youngs_modulus, 1 / compliance(2, 2));
+  EXPECT_LT(spruce.youngs_modulus, 1 / compliance(0, 0));
+}
+
+TEST(ParseMaterial, AnisotropicSolids) {
+  const auto stiffness = [](const std::string& text) {
+    const solvers::elements::Elastic e = material::parse_material(text + ",density=400").elastic;
+    return solvers::elements::Voigt(e.youngs_modulus * *e.anisotropy);
+  };
+  const auto cubic = stiffness("C11=168GPa,C12=121GPa,C44=75GPa");
+  EXPECT_NEAR(cubic(0, 0), 168e9, 1);
+  EXPECT_NEAR(cubic(1, 2), 121e9, 1);
+  EXPECT_NEAR(cubic(5, 5), 75e9, 1);
+  const auto hexagonal = stiffness("C11=162GPa,C12=92GPa,C13=69GPa,C33=181GPa,C44=47GPa");
+  EXPECT_NEAR(hexagonal(2, 2), 181e9, 1);
+  EXPECT_NEAR(hexagonal(5, 5), 35e9, 1);
+  const std::string triangle =
+      "168e9 121e9 121e9 0 0 0 168e9 121e9 0 0 0 168e9 0 0 0 75e9 0 0 75e9 0 75e9";
+  EXPECT_LT((stiffness("stiffness=" + triangle) - cubic).norm(), 1);
+  EXPECT_TRUE(contains(message_of("stiffness=1 2 3,density=1"), "symmetric matrix"));
+  EXPECT_TRUE(contains(message_of("E1=1,E2=1,density=1"), "\"E3\" is missing"));
+  EXPECT_TRUE(contains(message_of("C11=3,C12=1,density=1"), "\"C44\" is missing"));
+  EXPECT_TRUE(contains(message_of("C11=1,youngs_modulus=1,density=1"), "no law together"));
+  EXPECT_TRUE(contains(message_of("C11=1,C12=2,C44=1,density=1"), "positive definite"));
 }
 
 TEST(PresetMaterials, AreSoundAndNamedOnce) {

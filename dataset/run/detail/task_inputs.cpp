@@ -28,8 +28,7 @@ std::string without_growth(const configuration::BuildConfig& config) {
 namespace {
 
 void add_material(core::Sha256& hash, const synth::material::Material& material) {
-  const std::vector<double> elastic = {material.elastic.youngs_modulus,
-                                       material.elastic.poisson_ratio, material.elastic.density};
+  const std::vector<double> elastic = solvers::elements::identity_of(material.elastic);
   hash.add(material.name).add("\n").add(std::span<const double>(elastic));
   hash.add(synth::damping::form_of(material.damping.kind).name)
       .add(material.damping.expression)
@@ -74,12 +73,13 @@ std::string TaskInputs::of_shape(std::size_t index) const {
   for (const plan::Variant& variant : shape.variants) {
     hash.add(fmt::format("{} {}\n", variant.material, variant.size));
     if (source.object.groups.empty()) {
-      add_material(hash, synth::material::parse_material(variant.material, config_.own_materials));
+      add_material(hash,
+                   scene::object_material(source.object, variant.material, config_.own_materials));
     }
   }
   for (const auto& [group, name] : source.object.groups) {
     hash.add(group).add("\n");
-    add_material(hash, synth::material::parse_material(name, config_.own_materials));
+    add_material(hash, scene::object_material(source.object, name, config_.own_materials));
   }
   return hash.hex();
 }

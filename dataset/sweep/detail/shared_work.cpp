@@ -1,12 +1,14 @@
 #include "dataset/sweep/detail/shared_work.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <set>
 
 #include "core/hash.hpp"
 #include "dataset/run/costs.hpp"
+#include "scene/object.hpp"
 #include "solvers/mesher/mesh_child.hpp"
 
 namespace carillon::dataset::sweep {
@@ -18,8 +20,7 @@ constexpr double cached_modes_seconds = 0.1;
 constexpr double cached_memory_fraction = 0.2;
 
 void add_elastic(core::Sha256& hash, const synth::material::Material& material) {
-  hash.add(fmt::format("{} {} {};", material.elastic.youngs_modulus, material.elastic.poisson_ratio,
-                       material.elastic.density));
+  hash.add(fmt::format("{};", fmt::join(solvers::elements::identity_of(material.elastic), " ")));
 }
 
 /// Everything beside the mesh that a shape's mode sets depend on.
@@ -35,14 +36,15 @@ std::string solve_key(const configuration::BuildConfig& config, const plan::Shap
                        config.band.min_frequency, config.band.max_frequency, config.band.max_modes,
                        static_cast<int>(solver.solver), static_cast<int>(solver.linear_solver),
                        solver.memory_limit, solver.tolerance));
-  for (const auto& [group, name] : config.objects[shape.source].object.groups) {
+  const scene::Object& object = config.objects[shape.source].object;
+  for (const auto& [group, name] : object.groups) {
     hash.add(group + "=");
-    add_elastic(hash, synth::material::parse_material(name, config.own_materials));
+    add_elastic(hash, scene::object_material(object, name, config.own_materials));
   }
   for (const plan::Variant& variant : shape.variants) {
     hash.add(fmt::format("{}:", variant.size));
-    if (config.objects[shape.source].object.groups.empty()) {
-      add_elastic(hash, synth::material::parse_material(variant.material, config.own_materials));
+    if (object.groups.empty()) {
+      add_elastic(hash, scene::object_material(object, variant.material, config.own_materials));
     }
   }
   return hash.hex();

@@ -131,6 +131,13 @@ std::string material_of_class(const fs::path& dataset, const std::string& name) 
                                    material.at("youngs_modulus_pa").get<double>(),
                                    material.at("poisson_ratio").get<double>(),
                                    material.at("density_kg_m3").get<double>());
+    if (material.contains("stiffness_pa")) {
+      const auto rows = material.at("stiffness_pa").get<std::vector<std::vector<double>>>();
+      std::vector<std::string> words;
+      for (const auto& row : rows) words.push_back(fmt::format("{}", fmt::join(row, " ")));
+      text = fmt::format("stiffness={},density={}", fmt::join(words, " "),
+                         material.at("density_kg_m3").get<double>());
+    }
     const json& damping = material.at("damping");
     if (damping.contains("expression")) {
       return text + fmt::format(",damping={}", damping.at("expression").get<std::string>());

@@ -144,8 +144,8 @@ using Elasticity = Eigen::Matrix<double, strains, strains>;
 
 Elasticity elasticity(const elements::Elastic& material, const assembly::Scales& scales) {
   const auto constants =
-      elements::lame_constants(material.youngs_modulus / scales.modulus, material.poisson_ratio,
-                               material.density / scales.density);
+      elements::isotropic_constants(material.youngs_modulus / scales.modulus,
+                                    material.poisson_ratio, material.density / scales.density);
   Elasticity d = Elasticity::Zero();
   d.topLeftCorner<3, 3>().setConstant(constants.lambda);
   for (Eigen::Index k = 0; k < strains; ++k) d(k, k) += (k < 3 ? 2 : 1) * constants.mu;

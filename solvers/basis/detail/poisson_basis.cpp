@@ -70,9 +70,9 @@ std::vector<elements::Elastic> with_ratio(std::vector<elements::Elastic> regions
 }
 
 /// Constants of every region with lambda and mu for unit modulus replaced by these.
-std::vector<elements::LameConstants> constants(const PoissonBasis& basis, double lambda,
-                                               double mu) {
-  std::vector<elements::LameConstants> out;
+std::vector<elements::ElasticConstants> constants(const PoissonBasis& basis, double lambda,
+                                                  double mu) {
+  std::vector<elements::ElasticConstants> out;
   for (const auto& region : basis.regions) {
     const double modulus = region.youngs_modulus / basis.system->scales.modulus;
     out.push_back({lambda * modulus, mu * modulus, 0});
@@ -86,8 +86,8 @@ void project(const mesh::TetMesh& mesh, PoissonBasis& basis, MPI_Comm comm) {
   const auto size = basis.size();
   basis.lambda_part.resize(size, size);
   basis.mu_part.resize(size, size);
-  const std::vector<elements::LameConstants> parts[] = {constants(basis, 1, 0),
-                                                        constants(basis, 0, 1)};
+  const std::vector<elements::ElasticConstants> parts[] = {constants(basis, 1, 0),
+                                                           constants(basis, 0, 1)};
   for (Eigen::Index first = 0; first < size; first += at_a_time) {
     const auto count = std::min(at_a_time, size - first);
     const auto products = assembly::apply_stiffness(mesh, *basis.system, parts,
@@ -268,8 +268,9 @@ RitzModes bounded_pairs(const mesh::TetMesh& mesh, const PoissonBasis& basis, do
   pairs.vectors.noalias() = basis.vectors * out.coordinates;
   pairs.mass_vectors.resize(pairs.vectors.rows(), count);
   assembly::Products(*basis.system, comm).mass(pairs.vectors, pairs.mass_vectors);
-  const auto unit = elements::lame_constants(1, ratio, 0);
-  const std::vector<elements::LameConstants> material[] = {constants(basis, unit.lambda, unit.mu)};
+  const auto unit = elements::isotropic_constants(1, ratio, 0);
+  const std::vector<elements::ElasticConstants> material[] = {
+      constants(basis, unit.lambda, unit.mu)};
   auto residuals =
       std::move(assembly::apply_stiffness(mesh, *basis.system, material, pairs.vectors, comm)[0]);
   residuals.noalias() -= pairs.mass_vectors * values.asDiagonal();
@@ -319,7 +320,7 @@ void keep(RitzModes& modes, Eigen::Index count) {
 
 RitzModes ritz_modes(const mesh::TetMesh& mesh, const PoissonBasis& basis, double poisson_ratio,
                      const RitzRequest& request, MPI_Comm comm) {
-  const auto unit = elements::lame_constants(1, poisson_ratio, 0);
+  const auto unit = elements::isotropic_constants(1, poisson_ratio, 0);
   DensePairs dense;
   dense.coordinates = unit.lambda * basis.lambda_part + unit.mu * basis.mu_part;
   dense.values = dense::symmetric_eigenpairs(dense.coordinates);

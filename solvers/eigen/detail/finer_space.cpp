@@ -102,7 +102,7 @@ FinerSpace::FinerSpace(const mesh::TetMesh& mesh, std::span<const elements::Elas
       scales_(system.scales),
       mesh_(mesh::next_order(mesh)),
       gaps_(mesh.finer_gaps),
-      materials_(assembly::lame_constants(regions, system.scales)),
+      materials_(assembly::elastic_constants(regions, system.scales)),
       mass_factor_(-shift),
       own_(elements_of(mesh, system)) {
   const std::int64_t nodes = elements::nodes_per_tetrahedron(mesh_.order);

@@ -104,7 +104,7 @@ class FinerSpace {
   assembly::Scales scales_;
   mesh::TetMesh mesh_;
   std::vector<Vec3> gaps_;  ///< from each node to where it should be [m]; empty: all zero
-  std::vector<elements::LameConstants> materials_;
+  std::vector<elements::ElasticConstants> materials_;
   double mass_factor_;  ///< -sigma
   bool keeps_;          ///< matrices of own elements are kept
   bool sound_ = false;

@@ -36,7 +36,7 @@ Eigen::MatrixXd for_components(const Eigen::MatrixXd& nodes) {
 void sum_elements(const mesh::TetMesh& mesh, std::span<const elements::Elastic> regions,
                   PLevel& level) {
   auto& system = level.system;
-  const auto constants = assembly::lame_constants(regions, system.scales);
+  const auto constants = assembly::elastic_constants(regions, system.scales);
   const Eigen::MatrixXd scalar = reference_prolongation(mesh.order, level.mesh.order);
   const Eigen::MatrixXd vector = for_components(scalar);
   elements::ElementKernel kernel(mesh.order);

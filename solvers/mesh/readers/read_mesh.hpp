@@ -13,8 +13,8 @@ namespace carillon::solvers::mesh::readers {
 /// @throws FileError   cannot be read
 SurfaceMesh read_surface(const std::string& path);
 
-/// Tetrahedra of a Gmsh MSH file, versions 2 to 2.2, 4.0 (text) and 4.1, ASCII or binary, order 1 to 4; physical
-/// groups become regions.
+/// Tetrahedra of a Gmsh MSH file, versions 2 to 2.2, 4.0 (text) and 4.1, ASCII or binary, order 1
+/// to 4; physical groups become regions.
 /// @throws InputError  malformed, an element folded or without volume, or elements that meet but do
 ///                     not share whole faces (a hanging node)
 /// @throws FileError   cannot be read

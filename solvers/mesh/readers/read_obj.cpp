@@ -42,7 +42,10 @@ PolygonMesh read_obj(const std::string& path, std::string_view bytes) {
     const auto& words = scanner.words();
     if (words[0] == "v") {
       if (words.size() < 4) scanner.fail("a vertex needs three coordinates");
-      mesh.add_vertex({scanner.coordinate(words[1], "x coordinate"), scanner.coordinate(words[2], "y coordinate"), scanner.coordinate(words[3], "z coordinate")}, scanner);
+      mesh.add_vertex({scanner.coordinate(words[1], "x coordinate"),
+                       scanner.coordinate(words[2], "y coordinate"),
+                       scanner.coordinate(words[3], "z coordinate")},
+                      scanner);
     } else if (words[0] == "f" || words[0] == "fo") {
       if (words.size() < 4) scanner.fail("a face needs three vertices or more");
       for (std::size_t i = 1; i < words.size(); ++i) {

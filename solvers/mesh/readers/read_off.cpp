@@ -75,7 +75,10 @@ PolygonMesh read_lines(const std::string& path, std::string_view bytes) {
     }
     const auto& words = scanner.words();
     if (words.size() < 3) scanner.fail("a vertex needs three coordinates");
-    mesh.add_vertex({scanner.coordinate(words[0], "x coordinate"), scanner.coordinate(words[1], "y coordinate"), scanner.coordinate(words[2], "z coordinate")}, scanner);
+    mesh.add_vertex(
+        {scanner.coordinate(words[0], "x coordinate"), scanner.coordinate(words[1], "y coordinate"),
+         scanner.coordinate(words[2], "z coordinate")},
+        scanner);
   }
   for (std::int64_t i = 0; i < counts.faces; ++i) {
     if (!scanner.next_line()) {
@@ -88,8 +91,7 @@ PolygonMesh read_lines(const std::string& path, std::string_view bytes) {
           fmt::format("a face of {} corners, but {} numbers follow", corners, words.size() - 1));
     }
     for (std::int64_t k = 1; k <= corners; ++k) {
-      mesh.corners.push_back(
-          vertex_number(scanner, words[static_cast<std::size_t>(k)], counts));
+      mesh.corners.push_back(vertex_number(scanner, words[static_cast<std::size_t>(k)], counts));
     }
     mesh.end_polygon();
   }

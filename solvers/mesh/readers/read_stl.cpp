@@ -44,16 +44,14 @@ Layout layout_of(const std::string& path, std::string_view bytes, std::uint32_t 
   std::size_t end = header_bytes;
   std::uint32_t walked = 0;
   for (; walked < count && end + facet_bytes <= bytes.size(); ++walked) {
-    ByteReader reader(path, bytes, end + facet_bytes - 2,
-                      std::endian::native == std::endian::big);
+    ByteReader reader(path, bytes, end + facet_bytes - 2, std::endian::native == std::endian::big);
     end += facet_bytes + reader.read<std::uint16_t>();
   }
   if (count > 0 && walked == count && end == bytes.size()) return {count, true};
   if (room > count && rest == 0) return {room, false};
   if (room < count || count == 0) {
-    throw core::InputError(
-        fmt::format("{}: the header promises {} triangles, but the file ends after {}", path, count,
-                    room));
+    throw core::InputError(fmt::format(
+        "{}: the header promises {} triangles, but the file ends after {}", path, count, room));
   }
   return {count, false};
 }

@@ -65,8 +65,9 @@ double rim_share(const SurfaceMesh& mesh, const HoleLoop& loop, const std::vecto
 }
 
 /// Whether a hole is a defect of a closed surface rather than the mouth of a sheet: a patch folds
-/// along the whole rim of a mouth. A patch in the plane of what surrounds it closes a face. Else a few missing triangles may be large in a coarse mesh; a scan's holes may have many sides,
-/// but they are small beside the whole.
+/// along the whole rim of a mouth. A patch in the plane of what surrounds it closes a face. Else a
+/// few missing triangles may be large in a coarse mesh; a scan's holes may have many sides, but
+/// they are small beside the whole.
 bool is_defect(const SurfaceMesh& mesh, const HoleLoop& loop, const std::vector<Triangle>& patch,
                bool main_piece, const HoleLimits& limits) {
   const std::size_t sides = loop.vertices.size();
@@ -177,7 +178,7 @@ HoleCount fill_holes(SurfaceMesh& mesh, const HoleLimits& limits) {
       return present.count(sorted(t)) > 0;
     });
     const double size = patch_area(mesh, patch);
-    if (patch.size() + 2 != sides || !fresh || 
+    if (patch.size() + 2 != sides || !fresh ||
         !is_defect(mesh, loop, patch, in_main_piece(loop), limits)) {
       leave(loop);
       continue;

@@ -226,8 +226,8 @@ SurfaceMesh wrapped(const SurfaceMesh& mesh, Patient& patient) {
   const OpenEdges edges = count_open(mesh);
   if (static_cast<double>(edges.open) > loose_edges * static_cast<double>(edges.all)) {
     const auto component = edge_components(mesh.triangles);
-    const auto pieces = static_cast<std::size_t>(
-        1 + *std::max_element(component.begin(), component.end()));
+    const auto pieces =
+        static_cast<std::size_t>(1 + *std::max_element(component.begin(), component.end()));
     if (sheet_triangles * pieces > mesh.triangles.size())
       refuse(patient,
              fmt::format("the triangles are loose and bound no body: {} of {} edges are open",
@@ -259,11 +259,12 @@ SurfaceMesh wrapped(const SurfaceMesh& mesh, Patient& patient) {
     }
   }
   if (misplaced > wrap_misplaced) {
-    refuse(patient,
-           fmt::format("a wrap would close gaps or lose walls: {:.0f} % of the surface would not be "
-                       "one any more",
-                       100 * misplaced),
-           "mend it in a modeller; a smaller wrap tolerance may keep thin walls and gaps");
+    refuse(
+        patient,
+        fmt::format("a wrap would close gaps or lose walls: {:.0f} % of the surface would not be "
+                    "one any more",
+                    100 * misplaced),
+        "mend it in a modeller; a smaller wrap tolerance may keep thin walls and gaps");
   }
   if (std::abs(change) > wrap_volume_change) {
     refuse(patient, fmt::format("a wrap would change the volume by {:+.0f} %", 100 * change),

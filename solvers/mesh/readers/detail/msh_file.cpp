@@ -44,9 +44,10 @@ class Parser {
 
  private:
   [[noreturn]] void refuse_version(const std::string& version) const {
-    in_.fail(fmt::format("MSH version {} is not read; `gmsh -save -format msh41 old.msh -o "
-                         "new.msh` writes it as version 4.1",
-                         version));
+    in_.fail(
+        fmt::format("MSH version {} is not read; `gmsh -save -format msh41 old.msh -o "
+                    "new.msh` writes it as version 4.1",
+                    version));
   }
 
   void read_format() {

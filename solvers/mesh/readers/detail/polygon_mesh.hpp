@@ -19,8 +19,7 @@ struct PolygonMesh {
   std::map<std::int32_t, std::string> not_finite;
 
   void add_vertex(const Vec3& point, const auto& source) {
-    if (!point.allFinite())
-      not_finite[static_cast<std::int32_t>(vertices.size())] = source.where();
+    if (!point.allFinite()) not_finite[static_cast<std::int32_t>(vertices.size())] = source.where();
     vertices.push_back(point);
   }
   void end_polygon() { ends.push_back(corners.size()); }

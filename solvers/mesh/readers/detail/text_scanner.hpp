@@ -47,7 +47,8 @@ class TextScanner {
 /// becomes UTF-8, the mark of UTF-8 goes. Other bytes stay.
 std::string without_byte_order_mark(std::string bytes);
 
-/// Reads a number in any usual spelling ("1", "+1.5", "1e-400", Fortran's "5.0D-02"); false when `word` is none.
+/// Reads a number in any usual spelling ("1", "+1.5", "1e-400", Fortran's "5.0D-02"); false when
+/// `word` is none.
 bool parse_number(std::string_view word, double& value);
 bool parse_integer(std::string_view word, std::int64_t& value);
 

@@ -95,9 +95,11 @@ std::vector<SurfaceMesh> settle_nesting(std::vector<SurfaceMesh> pieces, bool tr
     cavities += !wanted;
   }
   if (turned > 0) report.actions.push_back(fmt::format("turned {} closed piece(s) over", turned));
-  if (cavities > 0) report.actions.push_back(fmt::format("kept {} inner piece(s) as cavities", cavities));
+  if (cavities > 0)
+    report.actions.push_back(fmt::format("kept {} inner piece(s) as cavities", cavities));
   if (swallowed > 0) {
-    report.actions.push_back(fmt::format("removed {} piece(s) that lay inside the material", swallowed));
+    report.actions.push_back(
+        fmt::format("removed {} piece(s) that lay inside the material", swallowed));
   }
   std::vector<SurfaceMesh> result;
   for (std::size_t i = 0; i < pieces.size(); ++i) {

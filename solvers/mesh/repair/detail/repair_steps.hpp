@@ -67,7 +67,8 @@ SurfaceMesh shrink_onto(const SurfaceMesh& wrap, const SurfaceMesh& soup);
 ///               where that is less
 double misplaced_share(const SurfaceMesh& soup, const SurfaceMesh& body, double reach);
 
-/// Share of a surface's area from which another one lies within `reach` [m] straight ahead or behind.
+/// Share of a surface's area from which another one lies within `reach` [m] straight ahead or
+/// behind.
 double facing_share(const SurfaceMesh& one, const SurfaceMesh& other, double reach);
 
 /// Two offset sheets, half of `thickness` to either side of an oriented manifold sheet, and walls

@@ -29,7 +29,6 @@ std::vector<std::pair<std::size_t, std::size_t>> crossings(const SurfaceMesh& su
 /// @return nothing where crossings remain
 /// @throws InputError  the surface is open or not manifold
 std::optional<SurfaceMesh> remesh_apart(const SurfaceMesh& surface, const SizeField& field,
-                                        double coarsest, double relax,
-                                        const SurfaceSearch& search);
+                                        double coarsest, double relax, const SurfaceSearch& search);
 
 }  // namespace carillon::solvers::mesh::tetrahedra
