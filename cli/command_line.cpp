@@ -1,5 +1,7 @@
 #include "cli/command_line.hpp"
 
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdint>
@@ -152,12 +154,12 @@ std::string Command::in_options(const std::string& message) const {
       std::replace(key.begin(), key.end(), '-', '_');
       // A value ends where the sentence goes on; a unit may follow it. A message that begins so
       // speaks of the thing itself.
-      static const std::string number = "([-+.0-9e]+) ?([A-Za-z]*)|([A-Za-z]+)";
-      const std::regex setting("([ (])" + key + ": (?:" + number + ")");
+      const std::regex setting(
+          fmt::format(R"(([ (]){}: (?:([-+.0-9e]+) ?([A-Za-z]*)|([A-Za-z]+)))", key));
       text = std::regex_replace(text, setting,
-                                option.takes_value ? "$1" + name + " $2$3$4" : "$1" + name);
+                                fmt::format("$1{}{}", name, option.takes_value ? " $2$3$4" : ""));
       if (key.find('_') != std::string::npos)
-        text = std::regex_replace(text, std::regex("\\b" + key + "\\b"), name);
+        text = std::regex_replace(text, std::regex(fmt::format(R"(\b{}\b)", key)), name);
     }
   }
   return text;

@@ -136,8 +136,9 @@ std::vector<double> ConfigNode::quantities(const std::string& key, Dimension dim
   const std::string wanted =
       (count > 0 ? fmt::format("a list of {} values", count) : std::string("a list of values")) +
       (dimension == Dimension::none ? "" : " in " + unit_name(dimension));
-  std::vector<double> answer = fallback.value_or(std::vector<double>{});
-  if (const ConfigTree* value = impl_->value(key, wanted, fallback.has_value())) {
+  const bool optional = fallback.has_value();
+  std::vector<double> answer = std::move(fallback).value_or(std::vector<double>{});
+  if (const ConfigTree* value = impl_->value(key, wanted, optional)) {
     if (value->kind != Kind::list) {
       impl_->refuse_value(*value, key, fmt::format("{} is wanted", wanted), "write [a, b, ...]");
     }
@@ -231,8 +232,9 @@ bool ConfigNode::flag(const std::string& key, bool fallback) {
 }
 
 std::string ConfigNode::text(const std::string& key, std::optional<std::string> fallback) {
-  std::string answer = fallback.value_or("");
-  if (const ConfigTree* value = impl_->value(key, "a text", fallback.has_value())) {
+  const bool optional = fallback.has_value();
+  std::string answer = std::move(fallback).value_or("");
+  if (const ConfigTree* value = impl_->value(key, "a text", optional)) {
     answer = impl_->scalar(*value, key, "a text");
   }
   impl_->remember(key, ConfigText{yaml_text(answer), ""});
@@ -242,8 +244,9 @@ std::string ConfigNode::text(const std::string& key, std::optional<std::string> 
 std::string ConfigNode::choice(const std::string& key, const std::vector<std::string>& allowed,
                                std::optional<std::string> fallback) {
   const std::string wanted = fmt::format("one of {}", fmt::join(allowed, ", "));
-  std::string answer = fallback.value_or("");
-  if (const ConfigTree* value = impl_->value(key, wanted, fallback.has_value())) {
+  const bool optional = fallback.has_value();
+  std::string answer = std::move(fallback).value_or("");
+  if (const ConfigTree* value = impl_->value(key, wanted, optional)) {
     answer = impl_->scalar(*value, key, wanted);
     if (std::find(allowed.begin(), allowed.end(), answer) == allowed.end()) {
       const std::string near = nearest_name(answer, allowed);
@@ -260,9 +263,10 @@ std::string ConfigNode::choice(const std::string& key, const std::vector<std::st
 
 std::vector<std::string> ConfigNode::texts(const std::string& key,
                                            std::optional<std::vector<std::string>> fallback) {
-  std::vector<std::string> answer = fallback.value_or(std::vector<std::string>{});
+  const bool optional = fallback.has_value();
+  std::vector<std::string> answer = std::move(fallback).value_or(std::vector<std::string>{});
   const std::string wanted = "a text or a list of texts";
-  if (const ConfigTree* value = impl_->value(key, wanted, fallback.has_value())) {
+  if (const ConfigTree* value = impl_->value(key, wanted, optional)) {
     answer.clear();
     if (value->kind == Kind::list) {
       for (std::size_t i = 0; i < value->items.size(); ++i) {

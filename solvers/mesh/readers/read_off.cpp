@@ -25,15 +25,16 @@ Counts read_header(TextScanner& scanner) {
   std::string_view keyword = scanner.words()[0];
   const std::size_t off = keyword.find("OFF");
   const std::string_view prefix = keyword.substr(0, std::min(off, keyword.size()));
-  if (off == std::string_view::npos || prefix.find_first_not_of("STCN4n") != prefix.npos) {
+  if (off == std::string_view::npos ||
+      prefix.find_first_not_of("STCN4n") != std::string_view::npos) {
     scanner.fail("\"OFF\" expected at the beginning");
   }
-  if (prefix.find('4') != prefix.npos || prefix.find('n') != prefix.npos) {
+  if (prefix.find('4') != std::string_view::npos || prefix.find('n') != std::string_view::npos) {
     scanner.fail("OFF with four or n coordinates is not a surface in space");
   }
   Counts counts;
   for (const auto& [letter, more] : {std::pair('N', 3), {'C', 4}, {'S', 2}})
-    counts.columns += prefix.find(letter) != prefix.npos ? more : 0;
+    counts.columns += prefix.find(letter) != std::string_view::npos ? more : 0;
   std::vector<std::string_view> numbers;
   if (off + 3 < keyword.size()) numbers.push_back(keyword.substr(off + 3));
   numbers.insert(numbers.end(), scanner.words().begin() + 1, scanner.words().end());

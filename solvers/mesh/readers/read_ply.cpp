@@ -193,12 +193,16 @@ std::int32_t vertex_number(const Body& body, double value) {
   return static_cast<std::int32_t>(value);
 }
 
-void read_list(Body& body, const Property& property, bool is_face, PolygonMesh& mesh) {
+std::int64_t list_length(Body& body, const Property& property) {
   const double length = body.next(*property.count_type);
-  if (!(length >= 0) || length != std::floor(length)) {
+  if (!(length >= 0) || length != std::floor(length) || length > 1e15) {
     body.fail("the length of a list must be a whole number");
   }
-  for (double i = 0; i < length; ++i) {
+  return static_cast<std::int64_t>(length);
+}
+
+void read_list(Body& body, const Property& property, bool is_face, PolygonMesh& mesh) {
+  for (std::int64_t left = list_length(body, property); left > 0; --left) {
     const double value = body.next(property.type);
     if (is_face) mesh.corners.push_back(vertex_number(body, value));
   }
@@ -207,9 +211,8 @@ void read_list(Body& body, const Property& property, bool is_face, PolygonMesh& 
 
 /// Strips of triangles, each ended by -1, every other one of them turned over.
 void read_strips(Body& body, const Property& property, PolygonMesh& mesh) {
-  const double length = body.next(*property.count_type);
   std::vector<std::int32_t> strip;
-  for (double i = 0; i < length; ++i) {
+  for (std::int64_t left = list_length(body, property); left > 0; --left) {
     const double value = body.next(property.type);
     if (value < 0) {
       strip.clear();
