@@ -1,5 +1,7 @@
 #include "closed_forms.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
@@ -164,8 +166,9 @@ std::vector<SphereMode> sphere_modes(double radius, double youngs_modulus, doubl
   const double most = max_frequency / to_frequency;
   const auto search = [&](char type, int l, const std::function<double(int, double)>& f) {
     constexpr double step = 2e-3;
-    for (double low = 0.5; low < most; low += step) {
-      double a = low, b = low + step;
+    const auto steps = static_cast<int>(std::ceil((most - 0.5) / step));
+    for (int k = 0; k < steps; ++k) {
+      double a = 0.5 + k * step, b = a + step;
       if ((f(l, a) > 0) == (f(l, b) > 0)) continue;
       for (int i = 0; i < 60; ++i) {
         const double middle = (a + b) / 2;
@@ -201,7 +204,7 @@ std::vector<std::string> csv_column(const std::string& path, const std::string& 
     if (wanted < 0) {
       wanted = std::find(cells.begin(), cells.end(), name) - cells.begin();
       if (wanted == static_cast<std::ptrdiff_t>(cells.size())) {
-        throw std::runtime_error(path + " has no column " + name);
+        throw std::runtime_error(fmt::format("{} has no column {}", path, name));
       }
       continue;
     }

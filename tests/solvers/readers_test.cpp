@@ -330,7 +330,7 @@ TEST(ReadStl, UnderstandsTheDialectsOfText) {
   const std::string plain = cube_stl(false);
   const auto replaced = [&plain](const std::string& from, const std::string& to) {
     std::string text = plain;
-    for (auto at = text.find(from); at != text.npos; at = text.find(from, at + to.size()))
+    for (auto at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size()))
       text.replace(at, from.size(), to);
     return text;
   };
