@@ -154,8 +154,8 @@ std::string Command::in_options(const std::string& message) const {
       std::replace(key.begin(), key.end(), '-', '_');
       // A value ends where the sentence goes on; a unit may follow it. A message that begins so
       // speaks of the thing itself.
-      const std::regex setting(
-          fmt::format(R"(([ (]){}: (?:([-+.0-9e]+) ?([A-Za-z]*)|([A-Za-z]+)))", key));
+      const std::regex setting(fmt::format(
+          R"(([ (]){}: (?:([-+.0-9e]+) ?([A-Za-z]*)|(true|false|mm|cm|m|inch|um|km)\b))", key));
       text = std::regex_replace(text, setting,
                                 fmt::format("$1{}{}", name, option.takes_value ? " $2$3$4" : ""));
       if (key.find('_') != std::string::npos)

@@ -31,7 +31,8 @@ void add_files(const LoadedBuild& build, FileCounts& files) {
   files.shards += shards;
   files.wav += wav;
   files.png += build.config.png && build.config.camera ? plan.shapes.size() : 0;
-  files.others += 7;  // index, dataset, croissant, failures, configuration, journal, trace
+  files.others +=
+      8;  // index, dataset, croissant, failures, warnings, configuration, journal, trace
   files.shard_bytes += bytes * static_cast<double>(plan.samples.size());
   files.largest_shard_bytes =
       std::max(files.largest_shard_bytes, bytes * static_cast<double>(most));

@@ -150,8 +150,8 @@ TEST_F(CommandLine, MessagesSpeakOfOptions) {
   const Command& mix = program.commands().front();
   EXPECT_EQ(mix.in_options("say count: 3, or level: -6 dB; quiet: true"),
             "say --count 3, or --level -6dB; quiet: true");
-  EXPECT_EQ(mix.in_options("raise per_node (is the way: left?)"),
-            "raise --per-node (is the --way left?)");
+  EXPECT_EQ(mix.in_options("raise per_node (name: mm)"), "raise --per-node (--name mm)");
+  EXPECT_EQ(mix.in_options("no other way: left is left"), "no other way: left is left");
   EXPECT_EQ(program.common().in_options("or quiet: true helps"), "or --quiet helps");
   EXPECT_EQ(mix.in_options("count: three is no number"), "count: three is no number");
   EXPECT_EQ(mix.in_options("the count is 3"), "the count is 3");
