@@ -132,13 +132,12 @@ std::vector<Range> ConfigNode::ranges(const std::string& key, Dimension dimensio
 
 std::vector<double> ConfigNode::quantities(const std::string& key, Dimension dimension,
                                            std::size_t count,
-                                           std::optional<std::vector<double>> fallback) {
+                                           const std::optional<std::vector<double>>& fallback) {
   const std::string wanted =
       (count > 0 ? fmt::format("a list of {} values", count) : std::string("a list of values")) +
       (dimension == Dimension::none ? "" : " in " + unit_name(dimension));
-  const bool optional = fallback.has_value();
-  std::vector<double> answer = std::move(fallback).value_or(std::vector<double>{});
-  if (const ConfigTree* value = impl_->value(key, wanted, optional)) {
+  std::vector<double> answer = fallback.value_or(std::vector<double>{});
+  if (const ConfigTree* value = impl_->value(key, wanted, fallback.has_value())) {
     if (value->kind != Kind::list) {
       impl_->refuse_value(*value, key, fmt::format("{} is wanted", wanted), "write [a, b, ...]");
     }
@@ -231,10 +230,9 @@ bool ConfigNode::flag(const std::string& key, bool fallback) {
   return answer;
 }
 
-std::string ConfigNode::text(const std::string& key, std::optional<std::string> fallback) {
-  const bool optional = fallback.has_value();
-  std::string answer = std::move(fallback).value_or("");
-  if (const ConfigTree* value = impl_->value(key, "a text", optional)) {
+std::string ConfigNode::text(const std::string& key, const std::optional<std::string>& fallback) {
+  std::string answer = fallback.value_or("");
+  if (const ConfigTree* value = impl_->value(key, "a text", fallback.has_value())) {
     answer = impl_->scalar(*value, key, "a text");
   }
   impl_->remember(key, ConfigText{yaml_text(answer), ""});
@@ -242,11 +240,10 @@ std::string ConfigNode::text(const std::string& key, std::optional<std::string> 
 }
 
 std::string ConfigNode::choice(const std::string& key, const std::vector<std::string>& allowed,
-                               std::optional<std::string> fallback) {
+                               const std::optional<std::string>& fallback) {
   const std::string wanted = fmt::format("one of {}", fmt::join(allowed, ", "));
-  const bool optional = fallback.has_value();
-  std::string answer = std::move(fallback).value_or("");
-  if (const ConfigTree* value = impl_->value(key, wanted, optional)) {
+  std::string answer = fallback.value_or("");
+  if (const ConfigTree* value = impl_->value(key, wanted, fallback.has_value())) {
     answer = impl_->scalar(*value, key, wanted);
     if (std::find(allowed.begin(), allowed.end(), answer) == allowed.end()) {
       const std::string near = nearest_name(answer, allowed);
@@ -261,12 +258,11 @@ std::string ConfigNode::choice(const std::string& key, const std::vector<std::st
   return answer;
 }
 
-std::vector<std::string> ConfigNode::texts(const std::string& key,
-                                           std::optional<std::vector<std::string>> fallback) {
-  const bool optional = fallback.has_value();
-  std::vector<std::string> answer = std::move(fallback).value_or(std::vector<std::string>{});
+std::vector<std::string> ConfigNode::texts(
+    const std::string& key, const std::optional<std::vector<std::string>>& fallback) {
+  std::vector<std::string> answer = fallback.value_or(std::vector<std::string>{});
   const std::string wanted = "a text or a list of texts";
-  if (const ConfigTree* value = impl_->value(key, wanted, optional)) {
+  if (const ConfigTree* value = impl_->value(key, wanted, fallback.has_value())) {
     answer.clear();
     if (value->kind == Kind::list) {
       for (std::size_t i = 0; i < value->items.size(); ++i) {

@@ -46,19 +46,19 @@ class ConfigNode {
   std::vector<Range> ranges(const std::string& key, Dimension dimension, std::size_t count);
   /// A list of exactly `count` values with units (count 0: any number).
   std::vector<double> quantities(const std::string& key, Dimension dimension, std::size_t count = 0,
-                                 std::optional<std::vector<double>> fallback = {});
+                                 const std::optional<std::vector<double>>& fallback = {});
   /// A list of `count` lists of as many values, row by row.
   std::vector<double> square_matrix(const std::string& key, Dimension dimension, std::size_t count);
   std::int64_t integer(const std::string& key, std::int64_t low, std::int64_t high,
                        std::optional<std::int64_t> fallback = {});
   bool flag(const std::string& key, bool fallback);
-  std::string text(const std::string& key, std::optional<std::string> fallback = {});
+  std::string text(const std::string& key, const std::optional<std::string>& fallback = {});
   /// One of `allowed`; the error names the nearest.
   std::string choice(const std::string& key, const std::vector<std::string>& allowed,
-                     std::optional<std::string> fallback = {});
+                     const std::optional<std::string>& fallback = {});
   /// A text or a list of texts.
   std::vector<std::string> texts(const std::string& key,
-                                 std::optional<std::vector<std::string>> fallback = {});
+                                 const std::optional<std::vector<std::string>>& fallback = {});
   /// Keys of this mapping in their order, for mappings whose keys are names chosen by the user.
   std::vector<std::string> keys() const;
 

@@ -38,7 +38,8 @@ std::optional<core::Fault> elastic_fault(const Elastic& m) {
                       "smallest eigenvalue over the largest is {:.3g}",
                       values[0] / values[5]),
           "of engineering constants: moduli are positive, nu12^2 < E1 / E2, nu13^2 < E1 / E3, "
-          "nu23^2 < E2 / E3, and the three are not large at once"};
+          "nu23^2 < E2 / E3, and the three are not large at once; of cubic ones: C44 > 0, "
+          "C11 > |C12|, C11 + 2 C12 > 0"};
     }
   }
   if (!(m.youngs_modulus > 0) || !std::isfinite(m.youngs_modulus)) {

@@ -8,7 +8,7 @@ namespace carillon::solvers::mesh {
 namespace {
 
 constexpr double usual_length = 2, usual_mass = 1000;
-constexpr double volume_change = 0.01, fit = 0.02;
+constexpr double volume_change = 0.01;
 
 std::string in_words(double mass) {
   if (mass >= usual_mass) return fmt::format("{:.3g} tonnes", mass / 1000);
@@ -45,7 +45,7 @@ std::vector<std::string> mesh_warnings(const MeshFile& file, const MeshResult& m
         "meant as a cavity, turn its triangles over: {}",
         in_words(mass), in_words(density * (volume - repair.swallowed_volume))));
   }
-  if (std::abs(mesh.quality.area_error) > fit || mesh.quality.hausdorff > fit * longest) {
+  if (!follows_surface(mesh.quality, longest)) {
     warnings.push_back(fmt::format(
         "the elements follow the surface within {:.3g} mm and {:+.1f} % of its area; a smaller "
         "element_size keeps more of its detail",

@@ -158,6 +158,11 @@ std::vector<std::int32_t> boundary_faces(const TetMesh& mesh) {
   return faces;
 }
 
+bool follows_surface(const MeshQuality& quality, double longest) {
+  constexpr double fiftieth = 0.02;
+  return !(quality.hausdorff > fiftieth * longest) && !(std::abs(quality.area_error) > fiftieth);
+}
+
 MeshQuality measure_quality(const TetMesh& mesh) {
   MeshQuality quality;
   quality.elements = static_cast<std::int64_t>(mesh.element_count());

@@ -68,6 +68,9 @@ struct MeshQuality {
                                                                    ///< samples [m]
 };
 MeshQuality measure_quality(const TetMesh& mesh);
+/// Whether elements keep within a fiftieth of a body's longest side [m] to its surface, and within
+/// a fiftieth of its area; also where there was none.
+bool follows_surface(const MeshQuality& quality, double longest);
 
 /// Mean thickness, 2 V / A, with the boundary's area taken from its corners [m].
 double mean_thickness(const TetMesh& mesh);

@@ -8,6 +8,7 @@
 #include "core/error.hpp"
 #include "solvers/mesh/repair/detail/repair_steps.hpp"
 #include "solvers/mesh/repair/repair.hpp"
+#include "tests/solvers/prisms.hpp"
 #include "tests/solvers/repaired.hpp"
 
 namespace carillon::solvers {
@@ -154,18 +155,26 @@ TEST(Repair, ClosesAFaceAndNoMouth) {
   }
 }
 
-TEST(Repair, WrapsNoSlotAway) {
-  // A slotted bar whose triangles cross where a second skin runs through its solid end: no cut and
-  // no union mends that, and a wrap as coarse as the slot is wide would close it.
-  const mesh::SurfaceMesh left = box_surface(Vec3(0.1, 0.01, 0.006), 12);
-  const mesh::SurfaceMesh right = moved(left, Vec3(0, 0.0106, 0));
-  mesh::SurfaceMesh end = moved(box_surface(Vec3(0.02, 0.0206, 0.006), 4), Vec3(0.09, 0, 0));
-  const mesh::SurfaceMesh fork = together(together(left, right), end);
-  const double slot =
-      mesh::repair::misplaced_share(fork, box_surface(Vec3(0.11, 0.0206, 0.006), 4), 2e-4);
-  EXPECT_GT(slot, 0.05);
-  const Outcome united = repaired(fork);
-  EXPECT_LT(mesh::repair::misplaced_share(fork, united.body, 2e-4), 0.005);
+TEST(Repair, TellsAWrapThatClosesASlot) {
+  // Two prongs with a slot of 1 mm between them: a wrap of the usual tolerance closes it, one of
+  // 0.4 times that does not.
+  const mesh::SurfaceMesh fork = prism({{0, 0},
+                                        {0.1, 0},
+                                        {0.1, 0.021},
+                                        {0, 0.021},
+                                        {0, 0.011},
+                                        {0.075, 0.011},
+                                        {0.075, 0.01},
+                                        {0, 0.01}},
+                                       0.006);
+  const double usual = 0.002 * mesh::bounding_box(fork.vertices).extent().norm();
+  const auto misplaced = [&fork](double offset) {
+    const mesh::SurfaceMesh wrap = mesh::repair::alpha_wrap(fork, 5 * offset, offset);
+    return mesh::repair::misplaced_share(fork, mesh::repair::shrink_onto(wrap, fork), offset);
+  };
+  EXPECT_GT(misplaced(usual), 0.05);
+  EXPECT_LT(misplaced(0.4 * usual), 0.01);
+  EXPECT_EQ(mesh::repair::misplaced_share(fork, fork, usual), 0);
 }
 
 TEST(Repair, DropsInnerWallsAndFins) {

@@ -257,6 +257,7 @@ SurfaceMesh wrapped(const SurfaceMesh& mesh, Patient& patient) {
                       multiple * offset, offset));
       return std::move(*body);
     }
+    if (misplaced <= wrap_misplaced) break;  // a finer one would not help
   }
   if (misplaced > wrap_misplaced) {
     refuse(

@@ -1,15 +1,17 @@
 #include <CGAL/AABB_traits.h>
 #include <CGAL/AABB_tree.h>
 #include <CGAL/AABB_triangle_primitive.h>
+#include <CGAL/Side_of_triangle_mesh.h>
 #include <CGAL/alpha_wrap_3.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
-#include <utility>
+#include <vector>
 
 #include "solvers/mesh/repair/detail/intersections.hpp"
 #include "solvers/mesh/repair/detail/repair_steps.hpp"
 #include "solvers/mesh/simplify/cgal_mesh.hpp"
+#include "solvers/mesh/spread_points.hpp"
 
 namespace carillon::solvers::mesh::repair {
 namespace {
@@ -38,26 +40,12 @@ Triangles sound_triangles(const SurfaceMesh& soup) {
   return triangles;
 }
 
-/// Points of a surface spread evenly over its area, with the normals there.
-std::vector<std::pair<Vec3, Vec3>> spread_points(const Triangles& triangles, std::size_t count) {
-  std::vector<double> end;
-  double area = 0;
-  for (const auto& t : triangles) end.push_back(area += std::sqrt(t.squared_area()));
-  std::vector<std::pair<Vec3, Vec3>> points;
-  // Weyl's sequences on the square, folded on to the triangle.
-  constexpr double plastic = 0.7548776662466927, squared = 0.5698402909980532;
-  for (std::size_t i = 0; i < count; ++i) {
-    const double at = area * (static_cast<double>(i) + 0.5) / static_cast<double>(count);
-    const auto found = std::lower_bound(end.begin(), end.end(), at);
-    const auto& t = triangles[static_cast<std::size_t>(found - end.begin())];
-    double u = std::fmod(plastic * static_cast<double>(i + 1), 1);
-    double v = std::fmod(squared * static_cast<double>(i + 1), 1);
-    if (u + v > 1) u = 1 - u, v = 1 - v;
-    const Vec3 a = simplify::from_cgal(t[0]);
-    const Vec3 ab = simplify::from_cgal(t[1]) - a, ac = simplify::from_cgal(t[2]) - a;
-    points.emplace_back(a + u * ab + v * ac, ab.cross(ac).normalized());
-  }
-  return points;
+/// Unit normal of a triangle.
+Vec3 normal_of(const SurfaceMesh& mesh, std::size_t t) {
+  const auto corner = [&](std::size_t i) -> const Vec3& {
+    return mesh.vertices[static_cast<std::size_t>(mesh.triangles[t][i])];
+  };
+  return (corner(1) - corner(0)).cross(corner(2) - corner(0)).normalized();
 }
 
 }  // namespace
@@ -113,8 +101,12 @@ double misplaced_share(const SurfaceMesh& soup, const SurfaceMesh& body, double 
   constexpr std::size_t count = 500;
   const Triangles triangles = sound_triangles(soup);
   const Tree tree(triangles.cbegin(), triangles.cend());
+  const simplify::CgalMesh closed = simplify::closed_cgal_mesh(body);
+  const CGAL::Side_of_triangle_mesh<simplify::CgalMesh, Kernel> side_of(closed);
   std::size_t wrong = 0;
-  for (const auto& [point, normal] : spread_points(triangles, count)) {
+  const std::vector<SpreadPoint> points = spread_points(soup, count);
+  for (const auto& [point, triangle] : points) {
+    const Vec3 normal = normal_of(soup, triangle);
     for (const double side : {1.0, -1.0}) {
       // The ray begins beside its own triangle.
       const Vec3 way = side * normal, from = point + 1e-3 * reach * way;
@@ -127,10 +119,10 @@ double misplaced_share(const SurfaceMesh& soup, const SurfaceMesh& body, double 
       }
       const Vec3 beside = point + free / 2 * way;
       const bool was_inside = std::abs(winding_number(soup, beside)) > 0.5;
-      wrong += (winding_number(body, beside) > 0.5) != was_inside;
+      wrong += (side_of(to_cgal(beside)) == CGAL::ON_BOUNDED_SIDE) != was_inside;
     }
   }
-  return static_cast<double>(wrong) / (2 * count);
+  return static_cast<double>(wrong) / static_cast<double>(2 * points.size());
 }
 
 double facing_share(const SurfaceMesh& one, const SurfaceMesh& other, double reach) {
@@ -138,12 +130,14 @@ double facing_share(const SurfaceMesh& one, const SurfaceMesh& other, double rea
   const Triangles triangles = sound_triangles(other);
   const Tree tree(triangles.cbegin(), triangles.cend());
   std::size_t facing = 0;
-  for (const auto& [point, normal] : spread_points(sound_triangles(one), count)) {
+  const std::vector<SpreadPoint> points = spread_points(one, count);
+  for (const auto& [point, triangle] : points) {
+    const Vec3 normal = normal_of(one, triangle);
     const Kernel::Segment_3 around(to_cgal(Vec3(point - reach * normal)),
                                    to_cgal(Vec3(point + reach * normal)));
     facing += tree.do_intersect(around);
   }
-  return static_cast<double>(facing) / count;
+  return static_cast<double>(facing) / static_cast<double>(points.size());
 }
 
 }  // namespace carillon::solvers::mesh::repair

@@ -106,13 +106,6 @@ MeshResult fit_to_surface(const TetMesh& linear, const SurfaceMesh& surface,
   return result;
 }
 
-/// Whether elements follow their surface closely enough for a body of this length [m].
-bool follows(const MeshQuality& quality, double longest) {
-  constexpr double max_distance = 0.02, max_area_error = 0.02;
-  return quality.hausdorff <= max_distance * longest &&
-         std::abs(quality.area_error) <= max_area_error;
-}
-
 void check_bound(const TetMesh& mesh, double edge, const MeshOptions& options) {
   const auto count = static_cast<std::int64_t>(mesh.element_count());
   if (count <= options.max_elements) return;
@@ -144,7 +137,7 @@ MeshResult tetrahedralise(const SurfaceMesh& surface, const MeshOptions& options
       const TetMesh linear = fill_remeshed(surface, plan, field, search);
       check_bound(linear, plan.coarsest, options);
       MeshResult made = fit_to_surface(linear, surface, search, lines, options.order);
-      const bool near = follows(made.quality, longest);
+      const bool near = follows_surface(made.quality, longest);
       if (!nearest || made.quality.hausdorff < nearest->quality.hausdorff)
         nearest = std::move(made);
       if (near) break;

@@ -8,6 +8,7 @@
 #include <map>
 
 #include "solvers/mesh/face_sampler.hpp"
+#include "solvers/mesh/spread_points.hpp"
 
 namespace carillon::solvers::mesh::tetrahedra {
 namespace {
@@ -45,22 +46,7 @@ std::vector<Vec3> points_on(const SurfaceMesh& surface) {
   const auto vertex = [&](std::int32_t v) { return surface.vertices[static_cast<std::size_t>(v)]; };
   for (std::size_t c = 0; c < corners; c += stride)
     points.push_back(vertex(surface.triangles[c / 3][c % 3]));
-  // A sequence of low discrepancy in each triangle (Roberts 2018, "R2"), as many as its area asks.
-  constexpr double plastic = 1.32471795724474602596;
-  const double share = area(surface) / static_cast<double>(samples);
-  double owed = 0, u = 0.5, v = 0.5;
-  for (const Triangle& t : surface.triangles) {
-    const Vec3 a = vertex(t[0]), b = vertex(t[1]) - a, c = vertex(t[2]) - a;
-    owed += b.cross(c).norm() / 2 / share;
-    const auto due = static_cast<std::size_t>(owed);
-    owed -= static_cast<double>(due);
-    for (std::size_t k = 0; k < due; ++k) {
-      u = std::fmod(u + 1 / plastic, 1.0);
-      v = std::fmod(v + 1 / (plastic * plastic), 1.0);
-      const bool outside = u + v > 1;
-      points.push_back(a + (outside ? 1 - u : u) * b + (outside ? 1 - v : v) * c);
-    }
-  }
+  for (const SpreadPoint& point : spread_points(surface, samples)) points.push_back(point.at);
   return points;
 }
 
