@@ -192,7 +192,7 @@ void check_options(const FaustOptions& options) {
 void run_export_faust(const FaustOptions& options, Context& context) {
   check_options(options);
   const scene::SolvedObject object = solve_object(options.object, context);
-  settle(object.pitch_target, context);
+  settle(options.object, object.pitch_target, context);
   if (!context.speaks()) return;
   const dataset::exporters::FaustProgram program = program_of(object, options, context);
   core::write_text_durably(options.output, dataset::exporters::faust_text(program));

@@ -137,7 +137,7 @@ void run_export_gltf(const GltfOptions& options, Context& context) {
   check_options(options);
   const int modes = options.modes.value_or(options.object.material.empty() ? 0 : default_modes);
   const ShownObject shown = shown_object(options, modes, context);
-  settle(shown.object.pitch_target, context);
+  settle(options.object, shown.object.pitch_target, context);
   if (!context.speaks()) return;
   const dataset::exporters::GltfObject file = file_of(options, shown);
   core::write_text_durably(options.output, dataset::exporters::gltf_bytes(file));

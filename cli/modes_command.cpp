@@ -152,7 +152,7 @@ void add_modes(Program& program, Context& context) {
       "  mpirun -n 2 carillon modes bowl -m glass --json");
   command.does([&context, options, output] {
     const scene::SolvedObject object = solve_object(*options, context);
-    settle(object.pitch_target, context);
+    settle(*options, object.pitch_target, context);
     const auto damping =
         synth::damping::clamped_decay_rates(object.modes, scene::damping_of(object.materials));
     if (!context.speaks()) return;

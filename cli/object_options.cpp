@@ -42,6 +42,8 @@ void refuse_idle(const ObjectOptions& options) {
          "it is the wall of open sheets in OBJ, OFF, PLY and STL files");
   refuse(!options.element_size.empty(), "--element-size", why,
          "--order raises the order of the elements; a finer mesh is made by what made the file");
+  refuse(options.edge_layers.has_value(), "--edge-layers", why,
+         "--order raises the order of the elements; a finer mesh is made by what made the file");
 }
 
 /// Options that would do nothing for a generated shape.
@@ -62,7 +64,9 @@ void refuse_tetrahedral(const ObjectOptions& options) {
   refuse(options.linear_solver.has_value(), "--linear-solver", why, hint);
   refuse(options.memory_limit.has_value(), "--memory-limit", why, hint);
   refuse(options.max_elements.has_value(), "--max-elements", why, hint);
-  refuse(options.pitch_cents != 0, "--pitch-cents", why,
+  refuse(options.max_unknowns.has_value(), "--max-unknowns", why, hint);
+  refuse(options.edge_layers.has_value(), "--edge-layers", why, hint);
+  refuse(options.pitch_cents.has_value(), "--pitch-cents", why,
          "leave it out; the axisymmetric solver comes within 0.01 cents by itself");
 }
 
@@ -134,8 +138,19 @@ void add_object_options(Command& command, ObjectOptions& options) {
   command
       .option("--pitch-cents", options.pitch_cents,
               "refine order and element size until the worst mode's estimated pitch error is "
-              "below it; begins with --order and --element-size")
-      .range(solvers::pitch::min_pitch_target, 1e4);
+              "below it, or off; begins with --order and --element-size, and is off where these "
+              "are given alone")
+      .show_default("5");
+  command
+      .option("--max-unknowns", options.max_unknowns,
+              "of refinements for --pitch-cents: those that take more are left out")
+      .range(1, 1000000000)
+      .show_default("120000");
+  command
+      .option("--edge-layers", options.edge_layers,
+              "layers of thin elements at inward edges; more where --pitch-cents asks for them")
+      .range(0, 4)
+      .show_default("1");
   command
       .option("--linear-solver", options.linear_solver,
               "direct: Cholesky; iterative: multigrid, modes are then "
@@ -178,6 +193,7 @@ solvers::mesh::MeshRequest mesh_request(const ObjectOptions& options) {
   solvers::mesh::MeshRequest request = scene::mesh_request(named_object(options));
   request.options.order = options.order.value_or(request.options.order);
   request.options.max_elements = options.max_elements.value_or(request.options.max_elements);
+  request.options.edge_layers = options.edge_layers.value_or(request.options.edge_layers);
   request.options.element_size = positive_length(options.element_size, "--element-size");
   return request;
 }
@@ -197,7 +213,11 @@ scene::ObjectRequest object_request(const ObjectOptions& options) {
   request.materials = region_materials(options);
   request.any_size = options.any_size;
   request.solve = solve_options(options);
-  request.pitch_cents = options.pitch_cents;
+  request.max_unknowns = options.max_unknowns.value_or(request.max_unknowns);
+  if (options.pitch_cents)
+    request.pitch_cents = solvers::pitch::parse_pitch_target(*options.pitch_cents);
+  else if (!options.order && options.element_size.empty())
+    request.pitch_cents = solvers::pitch::usual_pitch_target;
   return request;
 }
 

@@ -28,7 +28,10 @@ struct ObjectOptions {
   std::optional<std::string> memory_limit;   ///< 16 GiB when none is given
   std::optional<int> max_elements;           ///< 200,000 when none is given
   std::string solver = "block_lanczos";      ///< or krylov_schur, axisymmetric
-  double pitch_cents = 0;
+  /// 5 when none is given, or off where order or element_size are.
+  std::optional<std::string> pitch_cents;
+  std::optional<int> max_unknowns;  ///< of refinements; 120,000 when none is given
+  std::optional<int> edge_layers;   ///< at inward edges; 1 when none is given
 };
 
 /// Adds the options of an object to a command.

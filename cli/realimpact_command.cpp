@@ -87,7 +87,7 @@ void run_realimpact(const ImpactOptions& options, Context& context) {
     rows = eval::recorded_objects::choose_rows(*folder, choice, options.vertices);
   });
   const scene::SolvedObject solved = scene::solve_object(object, context.world, context.cache);
-  settle(solved.pitch_target, context);
+  settle(options.object, solved.pitch_target, context);
   if (!context.speaks()) return;
   const eval::recorded_objects::ImpactReport report = eval::recorded_objects::study_object(
       *folder, rows, solved, how, !options.no_fit, context.cache);

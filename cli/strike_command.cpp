@@ -123,7 +123,7 @@ void run_strike(const StrikeOptions& options, Context& context) {
   check_options(options);
   const scene::Scene scene = scene_of(options, scene::listed(region_materials(options.object)));
   const scene::SolvedObject object = solve_object(sounding_band(options.object, scene), context);
-  settle(object.pitch_target, context);
+  settle(options.object, object.pitch_target, context);
   if (!context.speaks()) return;
 
   core::Trace trace;

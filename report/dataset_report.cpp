@@ -9,8 +9,10 @@
 #include "core/files.hpp"
 #include "core/hdf5.hpp"
 #include "core/json.hpp"
+#include "core/numbers.hpp"
 #include "dataset/plan/task_times.hpp"
 #include "dataset/samples/modes_task.hpp"
+#include "dataset/samples/shape_modes.hpp"
 #include "report/report.hpp"
 #include "scene/scene.hpp"
 
@@ -39,7 +41,7 @@ std::map<std::string, double> modes_seconds(const json& trace) {
 
 /// What the object's modes files say: of several sets, the worst.
 void add_modes(const std::filesystem::path& path, ordered_json& shape) {
-  double complete_to = std::numeric_limits<double>::infinity(), worst = -1, unknowns = 0;
+  double complete_to = std::numeric_limits<double>::infinity(), unknowns = 0;
   std::uint64_t modes = 0;
   const core::Hdf5Group file = core::Hdf5Group::open_file(path);
   for (const std::string& name : file.names()) {
@@ -50,13 +52,14 @@ void add_modes(const std::filesystem::path& path, ordered_json& shape) {
     unknowns = std::max(unknowns, certificate.number_attribute("unknowns"));
     modes = std::max(modes, set.extent("eigenvalues").front());
     shape["order"] = static_cast<int>(set.open_group("surface").number_attribute("order"));
-    if (!set.has("pitch_errors")) continue;
-    for (const double error : set.read<double>("pitch_errors")) worst = std::max(worst, error);
   }
   shape["modes"] = modes;
   shape["complete_to_hz"] = complete_to;
   shape["unknowns"] = unknowns;
-  if (worst >= 0) shape["pitch_error_cents"] = worst;
+  const auto errors = dataset::samples::read_pitch_errors(path);
+  if (errors.empty()) return;
+  shape["pitch_error_cents"] = *std::max_element(errors.begin(), errors.end());
+  shape["median_pitch_error_cents"] = core::median(errors);
 }
 
 /// Those of which `seconds` is largest, in the order that they have.
@@ -93,6 +96,7 @@ ordered_json describe_shapes(const dataset::stored::StoredDataset& dataset, cons
                           {"modes", nullptr},
                           {"complete_to_hz", nullptr},
                           {"pitch_error_cents", nullptr},
+                          {"median_pitch_error_cents", nullptr},
                           {"order", nullptr},
                           {"unknowns", nullptr},
                           {"seconds", nullptr}};

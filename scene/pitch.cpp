@@ -17,6 +17,7 @@ solvers::pitch::PitchTarget pitch_target(const PitchSearch& search) {
   target.fixed_mesh = gives_tetrahedra(search.request);
   target.linear_solver = search.linear_solver;
   target.memory_limit = search.memory_limit;
+  target.max_unknowns = search.max_unknowns;
   return target;
 }
 

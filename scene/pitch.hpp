@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <limits>
 
 #include "core/trace.hpp"
 #include "solvers/mesher/mesh_child.hpp"
@@ -17,6 +18,7 @@ struct PitchSearch {
   double cents = 5;                    ///< the worst mode's pitch error may be so much
   solvers::modes::LinearSolver linear_solver = solvers::modes::LinearSolver::automatic;
   std::int64_t memory_limit = 16ll << 30;  ///< of a direct factor [byte]
+  std::int64_t max_unknowns = std::numeric_limits<std::int64_t>::max();
   solvers::mesher::ChildLimits limits;
   std::filesystem::path cache;
 };

@@ -113,6 +113,7 @@ SolvedObject solve_object(const ObjectRequest& request, MPI_Comm comm,
                              .cents = request.pitch_cents,
                              .linear_solver = solve.linear_solver,
                              .memory_limit = solve.memory_limit,
+                             .max_unknowns = request.max_unknowns,
                              .limits = {},
                              .cache = cache};
     auto result = refine_to_pitch(search, solve_mesh, comm, object.trace);

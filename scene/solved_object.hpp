@@ -31,6 +31,7 @@ struct ObjectRequest {
   ObjectSolver solver = ObjectSolver::tetrahedra;
   solvers::eigen::SolveOptions solve;  ///< the axisymmetric solver takes its band alone
   double pitch_cents = 0;              ///< refine until the worst mode is within it; 0: as it comes
+  std::int64_t max_unknowns = solvers::pitch::usual_max_unknowns;  ///< of refinements
 };
 
 /// Reads the band of `modes:`.

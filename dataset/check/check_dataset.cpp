@@ -155,6 +155,7 @@ CheckedDataset check_dataset(const std::filesystem::path& dataset, const std::st
     findings.push_back(guarded("noise", [&] { return check_noise(rows); }));
     findings.push_back(guarded("failures", [&] { return check_failures(folder); }));
     findings.push_back(guarded("warnings", [&] { return check_warnings(folder); }));
+    findings.push_back(guarded("pitches", [&] { return check_pitches(folder); }));
     findings.push_back(guarded("files", [&] { return check_foreign_files(folder); }));
     findings.push_back(guarded("publication", [&] { return check_publication(folder); }));
     checked.passed = all_pass(findings);

@@ -10,8 +10,10 @@
 #include "core/error.hpp"
 #include "core/hash.hpp"
 #include "core/json.hpp"
+#include "core/numbers.hpp"
 #include "dataset/configuration/inputs.hpp"
 #include "dataset/run/progress_so_far.hpp"
+#include "dataset/samples/shape_modes.hpp"
 #include "mpi/journal.hpp"
 
 namespace carillon::dataset::check {
@@ -256,6 +258,37 @@ Finding check_warnings(const DatasetFolder& folder) {
     if (!warning.is_object()) continue;
     finding.items.push_back(warning.value("task", "") + ": " + warning.value("message", ""));
   }
+  return finding;
+}
+
+Finding check_pitches(const DatasetFolder& folder) {
+  const samples::BuildFolders folders{folder.dataset.folder, {}};
+  struct Object {
+    const std::string* id;
+    double worst, median;
+  };
+  std::vector<Object> objects;
+  for (const plan::Shape& shape : folder.dataset.build.plan.shapes) {
+    const fs::path path = folders.modes_file(shape);
+    if (!fs::is_regular_file(path)) continue;
+    std::vector<double> errors;
+    try {
+      errors = samples::read_pitch_errors(path);
+    } catch (const core::FileError&) {
+      // A damaged file is the business of its checksum.
+    }
+    if (errors.empty()) continue;
+    objects.push_back(
+        {&shape.id, *std::max_element(errors.begin(), errors.end()), core::median(errors)});
+  }
+  Finding finding{"pitches", Verdict::note, "no mode is there yet", "", {}};
+  if (objects.empty()) return finding;
+  std::stable_sort(objects.begin(), objects.end(),
+                   [](const Object& a, const Object& b) { return a.worst > b.worst; });
+  finding.text = fmt::format("estimated to be within {:.3g} cents", objects.front().worst);
+  for (const Object& object : objects)
+    finding.items.push_back(fmt::format("{}: worst {:.3g} cents, median {:.3g}", *object.id,
+                                        object.worst, object.median));
   return finding;
 }
 

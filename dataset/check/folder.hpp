@@ -39,6 +39,8 @@ Finding check_counts(const DatasetFolder& folder);
 Finding check_failures(const DatasetFolder& folder);
 /// What warnings.json says.
 Finding check_warnings(const DatasetFolder& folder);
+/// Estimated pitch errors of each object, the worst first.
+Finding check_pitches(const DatasetFolder& folder);
 /// Files that are no part of a dataset.
 Finding check_foreign_files(const DatasetFolder& folder);
 

@@ -40,14 +40,18 @@ void read_modes(ConfigNode node, BuildConfig& config) {
   config.mesh.order = static_cast<int>(node.integer("order", 1, 4, 3));
   config.mesh.element_size = node.not_negative("element_size", Dimension::length, 0);
   config.mesh.max_elements = node.integer("max_elements", 1, 100000000, 200000);
+  config.mesh.edge_layers = static_cast<int>(node.integer("edge_layers", 0, 4, 1));
+  // Who fixes the elements wants these.
+  if (node.has("order") || config.mesh.element_size > 0) config.pitch_cents = 0;
 }
 
 void read_solver(ConfigNode node, BuildConfig& config) {
-  config.pitch_cents = node.not_negative("pitch_cents", Dimension::none, 0);
-  if (config.pitch_cents > 0 && config.pitch_cents < solvers::pitch::min_pitch_target) {
-    node.fail("pitch_cents", fmt::format("must be at least {} cents, or 0 for none",
-                                         solvers::pitch::min_pitch_target));
-  }
+  const std::string cents = node.text(
+      "pitch_cents", config.pitch_cents > 0 ? fmt::format("{}", config.pitch_cents) : "off");
+  at_key(node, "pitch_cents",
+         [&] { config.pitch_cents = solvers::pitch::parse_pitch_target(cents); });
+  config.max_unknowns =
+      node.integer("max_unknowns", 1, 1000000000, solvers::pitch::usual_max_unknowns);
   config.solver.linear_solver = solvers::modes::parse_linear_solver(
       node.choice("linear_solver", {"automatic", "direct", "iterative"}, "automatic"));
   config.solver.solver = solvers::modes::parse_eigen_solver(

@@ -41,7 +41,9 @@ struct BuildConfig {
   solvers::modes::Band band;
   solvers::eigen::SolveOptions solver;  ///< all but the band
   solvers::mesh::MeshOptions mesh;
-  double pitch_cents = 0;  ///< each shape is refined until its worst mode is within it; 0: not
+  /// Each shape is refined until its worst mode is within it; 0: not.
+  double pitch_cents = solvers::pitch::usual_pitch_target;
+  std::int64_t max_unknowns = solvers::pitch::usual_max_unknowns;  ///< of such refinements
   RanksConfig ranks;
   TaskLimits limits;
   scene::Scene scene;

@@ -43,10 +43,17 @@ std::vector<SolverChoice> plan_solver(const configuration::BuildConfig& config) 
   list.push_back({"max_elements", config.mesh.max_elements,
                   fmt::format("{}", config.mesh.max_elements),
                   "an object that needs more fails, with the size that would fit"});
+  list.push_back({"edge_layers", config.mesh.edge_layers,
+                  fmt::format("{}", config.mesh.edge_layers),
+                  std::string("of thin elements at inward edges, where an object has them") +
+                      (refined ? "; more for pitch targets below 4 cents" : "")});
   list.push_back({"pitch_target", refined ? json(config.pitch_cents) : json(),
                   refined ? fmt::format("{:.4g} cents", config.pitch_cents) : "none",
                   refined ? "each object is refined until its worst mode's estimate is below it"
-                          : "solver.pitch_cents is 0: errors are estimated, meshes are kept"});
+                          : "solver.pitch_cents is off: errors are estimated, meshes are kept"});
+  if (refined)
+    list.push_back({"max_unknowns", config.max_unknowns, fmt::format("{}", config.max_unknowns),
+                    "a refinement that takes more is left out"});
   list.push_back({"band", json{band.min_frequency, band.max_frequency},
                   fmt::format("{:.6g} to {:.6g} Hz", band.min_frequency, band.max_frequency),
                   "wider in a solve that serves several materials or sizes"});

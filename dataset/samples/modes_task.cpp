@@ -85,6 +85,7 @@ solvers::mesh::MeshRequest final_request(const plan::Shape& shape,
   const solvers::pitch::PitchStep& step = report.steps[report.chosen];
   request.options.order = step.order;
   request.options.element_size = step.automatic_size ? 0 : step.element_size;
+  request.options.edge_layers = step.edge_layers;
   return request;
 }
 
@@ -195,6 +196,7 @@ solvers::pitch::PitchResult make_sets(const configuration::BuildConfig& config,
     search.cents = config.pitch_cents;
     search.linear_solver = config.solver.linear_solver;
     search.memory_limit = config.solver.memory_limit;
+    search.max_unknowns = config.max_unknowns;
     search.limits = config.limits.mesh;
     search.cache = folders.cache;
     return scene::refine_to_pitch(search, solve, comm, trace);

@@ -57,6 +57,17 @@ void write_moments(const core::Hdf5Group& file,
   file.write_attribute("unit", "m^2", "moments/spread");
 }
 
+std::vector<double> read_pitch_errors(const std::filesystem::path& modes_file) {
+  const core::Hdf5Group file = core::Hdf5Group::open_file(modes_file);
+  std::vector<double> errors;
+  for (const std::string& name : file.names()) {
+    if (!name.starts_with("set-") || !file.open_group(name).has("pitch_errors")) continue;
+    const auto set = file.open_group(name).read<double>("pitch_errors");
+    errors.insert(errors.end(), set.begin(), set.end());
+  }
+  return errors;
+}
+
 void write_hulls(const core::Hdf5Group& file, const std::vector<std::vector<Vec3>>& hulls) {
   std::vector<double> values;
   std::vector<std::int64_t> first = {0};

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <vector>
 
 #include "dataset/samples/modes_task.hpp"
@@ -35,6 +36,10 @@ class ShapeModes {
   std::vector<std::vector<Vec3>> hulls_;
   std::vector<synth::surface::RegionMoments> moments_;
 };
+
+/// Estimated pitch errors of every mode of every set of a modes file [cent].
+/// @throws FileError  it is missing or damaged
+std::vector<double> read_pitch_errors(const std::filesystem::path& modes_file);
 
 /// Writes the pieces as `hulls/points` [n, 3] and `hulls/first` [pieces + 1].
 void write_hulls(const core::Hdf5Group& file, const std::vector<std::vector<Vec3>>& hulls);

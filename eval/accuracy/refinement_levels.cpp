@@ -273,7 +273,8 @@ std::size_t LevelRunner::level_of(const solvers::pitch::PitchStep& step) const {
   for (std::size_t i = 0; i < levels_.size(); ++i) {
     const RefinementLevel& level = *levels_[i];
     const bool automatic = level.options.element_size <= 0;
-    if (level.options.order == step.order && automatic == step.automatic_size &&
+    if (level.options.order == step.order && level.options.edge_layers == step.edge_layers &&
+        automatic == step.automatic_size &&
         level.tolerance == solvers::eigen::SolveOptions().tolerance &&
         std::abs(level.element_size / step.element_size - 1) < 1e-9 && !level.error) {
       return i;

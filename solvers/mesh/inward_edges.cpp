@@ -41,7 +41,7 @@ double edge_exponent(double angle) {
   return (low + high) / 2;
 }
 
-std::vector<double> edge_exponents(const TetMesh& mesh) {
+std::vector<InwardEdge> inward_edges(const TetMesh& mesh) {
   // Gradients of the shape functions half-way along the edges (01), (12), (20) of a face.
   std::array<Eigen::Matrix<double, Eigen::Dynamic, 3>, 3> gradients;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -65,16 +65,23 @@ std::vector<double> edge_exponents(const TetMesh& mesh) {
           {normal, normal.cross(along)});
     }
   }
-  std::vector<double> at_node(mesh.nodes.size(), 1);
+  std::vector<InwardEdge> found;
   for (const auto& [edge, beside] : sides) {
     if (beside.size() != 2) continue;
     const double angle = filled_angle(beside[0], beside[1]);
-    if (angle < std::numbers::pi + min_turn) continue;
-    for (const std::int32_t end : {edge.first, edge.second}) {
-      double& exponent = at_node[static_cast<std::size_t>(end)];
-      exponent = std::min(exponent, edge_exponent(angle));
-    }
+    if (angle >= std::numbers::pi + min_turn)
+      found.push_back({edge.first, edge.second, edge_exponent(angle)});
   }
+  return found;
+}
+
+std::vector<double> edge_exponents(const TetMesh& mesh) {
+  std::vector<double> at_node(mesh.nodes.size(), 1);
+  for (const InwardEdge& edge : inward_edges(mesh))
+    for (const std::int32_t end : {edge.from, edge.to}) {
+      double& exponent = at_node[static_cast<std::size_t>(end)];
+      exponent = std::min(exponent, edge.exponent);
+    }
   std::vector<double> exponents(mesh.element_count(), 1);
   for (std::size_t e = 0; e < exponents.size(); ++e)
     for (const std::int32_t corner : mesh.element(e).first(4))

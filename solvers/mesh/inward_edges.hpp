@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "solvers/mesh/tet_mesh.hpp"
@@ -12,8 +13,19 @@ namespace carillon::solvers::mesh {
 /// @param angle  [rad], 0 to 2 pi
 double edge_exponent(double angle);
 
-/// What the inward edges at an element's corners let its solution be: the least edge_exponent() of
-/// the boundary's edges that meet in one of them. 1 for elements at none.
+/// An edge of the boundary at which the body fills more than a half-space.
+struct InwardEdge {
+  std::int32_t from, to;  ///< nodes, the lower one first
+  double exponent;        ///< edge_exponent()
+};
+
+/// The inward edges of a mesh, ascending; those that turn by less than 15 degrees are taken for
+/// chords of a smooth surface.
+/// @param mesh  curved elements of any order
+std::vector<InwardEdge> inward_edges(const TetMesh& mesh);
+
+/// What the inward edges at an element's corners let its solution be: the least exponent of those
+/// that meet in one of them. 1 for elements at none.
 /// @param mesh  curved elements of any order
 std::vector<double> edge_exponents(const TetMesh& mesh);
 

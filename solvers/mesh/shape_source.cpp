@@ -112,6 +112,7 @@ void visit_fields(D& d, Visit visit) {
     visit("order", d.order);
     visit("element_size", d.element_size);
     visit("max_elements", d.max_elements);
+    visit("edge_layers", d.edge_layers);
   }
 }
 

@@ -43,6 +43,9 @@ struct MeshOptions {
   int order = 3;            ///< Lagrange order of the nodes, 1 to 4
   double element_size = 0;  ///< largest edge [m]; 0: chosen from thickness and curvature
   std::int64_t max_elements = 200000;
+  /// Layers of thin elements at inward edges (grade_to_edges.hpp), 0 to 4; fewer where max_elements
+  /// has no room for them. Tetrahedra that a file gives get none.
+  int edge_layers = 1;
 };
 
 /// A request to the mesher; exactly one of the two sources is used (`family` empty: the file).

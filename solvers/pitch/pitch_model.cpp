@@ -80,4 +80,12 @@ double predicted_error(double measured, int from_order, int order, double size_f
   return cents_per_eigenvalue * std::pow(x * size_factor / q, 2 * q);
 }
 
+int edge_layers_for(double cents) {
+  constexpr double without = 12, ratio = 1.0 / 6;
+  constexpr int most = 4;
+  int layers = 0;
+  for (double left = without; left > cents / 2 && layers < most; left *= ratio) ++layers;
+  return layers;
+}
+
 }  // namespace carillon::solvers::pitch

@@ -43,4 +43,9 @@ double factor_memory(const MeshSize& mesh);
 /// @param size_factor   new size / measured one
 double predicted_error(double measured, int from_order, int order, double size_factor);
 
+/// Layers at inward edges (mesh::grade_to_edges) with which these keep to half of a target [cent]:
+/// at automatic sizes they leave 12 cents or less, and each layer a sixth of that (of L-, U-, T-
+/// and stepped sections).
+int edge_layers_for(double cents);
+
 }  // namespace carillon::solvers::pitch

@@ -12,6 +12,8 @@
 #include "core/json.hpp"
 #include "core/numbers.hpp"
 #include "core/trace.hpp"
+#include "core/units.hpp"
+#include "solvers/mesh/grade_to_edges.hpp"
 #include "solvers/pitch/pitch_model.hpp"
 
 namespace carillon::solvers::pitch {
@@ -20,9 +22,11 @@ namespace {
 /// [semitones] Modes are seldom more than this too sharp where a target is nearly met.
 constexpr double judged_above = 2;
 constexpr std::size_t max_steps = 8;
-/// A prediction aims below the target by this: it is right within a factor of two, and another
-/// step would cost more than the margin.
-constexpr double aim = 0.6;
+/// A prediction aims below the target by this, the lower the more an error has to fall: it is right
+/// within a factor of two for small steps, and another step would cost more than the margin.
+constexpr double aim = 0.6, aim_exponent = 0.3;
+/// Estimates may be a fifth too low: a target is met where they are below it by as much.
+constexpr double trusted = 0.8;
 /// Work of a step may be so much more than that of the best one so far: predictions far away are
 /// not to be trusted with hours.
 constexpr double max_growth = 40;
@@ -30,6 +34,10 @@ constexpr double max_growth = 40;
 constexpr double unknown = 30;
 /// An error that falls by less than this factor has not moved.
 constexpr double min_gain = 0.9;
+/// Where a step gains less than this part of what was predicted (in logarithms), inward edges are
+/// suspected.
+constexpr double poor_gain = 0.6;
+constexpr int most_edge_layers = 4;
 
 /// A setting that could come next.
 struct Candidate {
@@ -44,6 +52,7 @@ struct Bounds {
   double elements;
   double memory;
   double cost;
+  double unknowns;
 };
 
 class Search {
@@ -51,10 +60,12 @@ class Search {
   Search(const PitchTarget& target, const MeshMaker& make_mesh, const ModeSolver& solve)
       : target_(target), make_mesh_(make_mesh), solve_(solve) {
     result_.report.asked_cents = target.cents;
+    edge_layers_ = std::max(target.start.edge_layers, edge_layers_for(target.cents));
   }
 
   PitchResult run() {
     mesh::MeshOptions options = target_.start;
+    options.edge_layers = edge_layers_;
     while (true) {
       attempt(options);
       if (met() || failed()) return std::move(result_);
@@ -67,12 +78,17 @@ class Search {
 
  private:
   PitchReport& report() { return result_.report; }
-  bool met() { return report().reached_cents <= target_.cents && report().stopped_by.empty(); }
+  double needed() const { return std::max(trusted * target_.cents, min_pitch_target); }
+  bool met() { return report().reached_cents <= needed() && report().stopped_by.empty(); }
   bool failed() { return !report().stopped_by.empty(); }
 
   void stop(const std::string& by, const std::string& reason) {
     report().stopped_by = by;
     report().reason = reason;
+    if (report().reached_cents <= target_.cents)
+      report().reason += fmt::format(
+          "; estimates may be a fifth too low, so {:.3g} cents is not taken for certain",
+          report().reached_cents);
   }
 
   /// Tries a setting, or notes why it cannot be had.
@@ -131,11 +147,13 @@ class Search {
     step.order = mesh.mesh.order;
     step.automatic_size = options.element_size <= 0;
     step.element_size = step.automatic_size ? size.element_size : options.element_size;
+    step.edge_layers = options.edge_layers;
     step.elements = static_cast<std::int64_t>(mesh.mesh.element_count());
     step.seconds = seconds;
 
     auto& steps = report().steps;
     const bool first = steps.empty();
+    has_edges_ = !target_.fixed_mesh && mesh::has_edges_to_grade(mesh.mesh);
     const double before = report().reached_cents;
     if (!first) learn(before, step.worst_cents);
     if (first || step.worst_cents < before) {
@@ -163,6 +181,10 @@ class Search {
     const double promised = std::log(before / predicted_);
     if (promised < 0.2) return;
     const double gained = now > 0 ? std::log(before / now) : promised;
+    if (gained < poor_gain * promised && has_edges_ && edge_layers_ < most_edge_layers) {
+      ++edge_layers_;
+      return;
+    }
     trust_ = std::clamp(trust_ * gained / promised, 0.15, 1.0);
   }
 
@@ -176,6 +198,7 @@ class Search {
         Candidate c;
         c.options = target_.start;
         c.options.order = order;
+        c.options.edge_layers = edge_layers_;
         if (!target_.fixed_mesh) c.options.element_size = asked_size_ * factor;
         c.size = resized(best_, order, factor);
         const double model = predicted_error(reached, best_.order, order, factor);
@@ -189,7 +212,7 @@ class Search {
   bool was_tried(const mesh::MeshOptions& options) const {
     const auto& steps = result_.report.steps;
     return std::any_of(steps.begin(), steps.end(), [&](const PitchStep& step) {
-      return step.order == options.order &&
+      return step.order == options.order && step.edge_layers == options.edge_layers &&
              (target_.fixed_mesh || std::abs(step.element_size / options.element_size - 1) < 0.02);
     });
   }
@@ -200,7 +223,7 @@ class Search {
     const Candidate* best = nullptr;
     for (const Candidate& c : all) {
       if (c.size.elements > bounds.elements || factor_memory(c.size) > bounds.memory ||
-          c.cost > bounds.cost)
+          c.cost > bounds.cost || c.size.unknowns() > bounds.unknowns)
         continue;
       if (best == nullptr) {
         best = &c;
@@ -215,7 +238,8 @@ class Search {
 
   std::optional<Candidate> choose() {
     const double reached = report().reached_cents;
-    const double goal = aim * target_.cents;
+    const double goal =
+        aim * target_.cents * std::pow(std::min(1.0, target_.cents / reached), aim_exponent);
     const auto all = candidates();
     constexpr double none = 1e300;
     // Meshers end up to a tenth above what is asked for, and more where a wall takes a second
@@ -224,7 +248,7 @@ class Search {
                   target_.linear_solver == modes::LinearSolver::iterative
                       ? none
                       : static_cast<double>(target_.memory_limit),
-                  max_growth * relative_cost(best_)};
+                  max_growth * relative_cost(best_), static_cast<double>(target_.max_unknowns)};
     const Candidate* next = best_of(all, bounds, goal);
     if (next != nullptr && (next->error <= goal || next->error < 0.8 * reached)) return *next;
 
@@ -234,15 +258,19 @@ class Search {
     };
     if (target_.fixed_mesh && all.empty()) {
       stop("order", "the given elements are of order 4, the highest, and cannot be refined");
-    } else if (helps({none, bounds.memory, bounds.cost})) {
+    } else if (helps({bounds.elements, bounds.memory, bounds.cost, none})) {
+      stop("max_unknowns",
+           fmt::format("the next refinement needs more than the {} unknowns allowed",
+                       target_.max_unknowns));
+    } else if (helps({none, bounds.memory, bounds.cost, none})) {
       stop("max_elements",
            fmt::format("the next refinement needs more than the {} elements allowed",
                        target_.start.max_elements));
-    } else if (helps({bounds.elements, none, bounds.cost})) {
+    } else if (helps({bounds.elements, none, bounds.cost, none})) {
       stop("memory_limit",
            fmt::format("the factor of the next refinement needs more than the {:.3g} GiB allowed",
                        static_cast<double>(target_.memory_limit) / (1ll << 30)));
-    } else if (helps({none, none, bounds.cost})) {
+    } else if (helps({none, none, bounds.cost, none})) {
       stop("max_elements", fmt::format("the next refinement needs more than the {} elements, and "
                                        "the {:.3g} GiB of factor, allowed",
                                        target_.start.max_elements,
@@ -264,6 +292,8 @@ class Search {
   double predicted_ = 0;    ///< error of the step under way
   double trust_ = 1;        ///< fraction of a predicted gain (in logarithms) that comes true
   bool was_empty_ = false;  ///< the last step found no mode
+  bool has_edges_ = false;  ///< that layers help
+  int edge_layers_ = 0;     ///< of the next step
   int stuck_ = 0;           ///< steps in a row that gained nothing
   int refused_ = 0;         ///< settings that took more elements than predicted and allowed
 };
@@ -283,6 +313,18 @@ modes::Modes without_margin(const modes::Modes& modes) {
               std::numeric_limits<int>::max()});
 }
 
+double parse_pitch_target(const std::string& text) {
+  if (text == "off") return 0;
+  const double cents = core::parse_quantity(text, core::Dimension::none);
+  if (cents != 0 && !(cents >= min_pitch_target && std::isfinite(cents))) {
+    throw core::InputError(fmt::format("a pitch target of {} cents cannot be met", text),
+                           fmt::format("{} is the least that estimates can tell; \"off\" takes "
+                                       "meshes as they come",
+                                       min_pitch_target));
+  }
+  return cents;
+}
+
 PitchResult reach_pitch(const PitchTarget& target, const MeshMaker& make_mesh,
                         const ModeSolver& solve) {
   if (!(target.cents >= min_pitch_target) || !std::isfinite(target.cents)) {
@@ -299,6 +341,7 @@ nlohmann::json to_json(const PitchReport& report, bool with_seconds) {
     steps.push_back({{"order", step.order},
                      {"element_size_m", step.element_size},
                      {"automatic_size", step.automatic_size},
+                     {"edge_layers", step.edge_layers},
                      {"elements", step.elements},
                      {"unknowns", step.unknowns},
                      {"worst_cents", step.worst_cents},

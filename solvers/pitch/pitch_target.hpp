@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -13,6 +15,13 @@ namespace carillon::solvers::pitch {
 /// Estimates say nothing below this [cent]: the least that can be asked for. What the eigensolver's
 /// usual tolerance leaves is ten times less, so there is nothing to refine about it.
 constexpr double min_pitch_target = 0.01;
+/// What `modes` and `build` aim at where nothing is said [cent], and what a setting may cost.
+constexpr double usual_pitch_target = 5;
+constexpr std::int64_t usual_max_unknowns = 120000;
+
+/// A target as users write it: cents, or "off" (also 0), which gives 0.
+/// @throws InputError  neither, or below min_pitch_target
+double parse_pitch_target(const std::string& text);
 
 /// How accurate pitches are to be, and where to begin.
 struct PitchTarget {
@@ -21,6 +30,7 @@ struct PitchTarget {
   bool fixed_mesh = false;       ///< elements are given (an MSH file): only their order can rise
   modes::LinearSolver linear_solver = modes::LinearSolver::automatic;
   std::int64_t memory_limit = 16ll << 30;  ///< of a direct factor [byte]
+  std::int64_t max_unknowns = std::numeric_limits<std::int64_t>::max();  ///< of later settings
 };
 
 /// One setting that was tried.
@@ -28,6 +38,7 @@ struct PitchStep {
   int order = 0;
   double element_size = 0;  ///< as asked for [m]; the longest edge where it was automatic
   bool automatic_size = false;
+  int edge_layers = 0;  ///< asked for
   std::int64_t elements = 0;
   std::int64_t unknowns = 0;
   double seconds = 0;  ///< mesh and solve; short when they came from a cache
@@ -42,8 +53,8 @@ struct PitchReport {
   double reached_cents = 0;      ///< worst mode of the best step
   std::size_t chosen = 0;        ///< that step
   std::vector<PitchStep> steps;  ///< in the order in which they were tried
-  /// Empty when the target is met. Else what ended the search: max_elements, memory_limit, order (4
-  /// is the highest, and the mesh cannot be refined), mesher (it failed),
+  /// Empty when the target is met. Else what ended the search: max_elements, max_unknowns,
+  /// memory_limit, order (4 is the highest, and the mesh cannot be refined), mesher (it failed),
   /// solver, no_progress or steps.
   std::string stopped_by;
   std::string reason;  ///< the same for a person
@@ -68,11 +79,13 @@ modes::Band judged_band(const modes::Band& band);
 /// A set of such a band without what lies above the band that was asked for.
 modes::Modes without_margin(const modes::Modes& modes);
 
-/// Solves, reads the estimated pitch errors, and refines until the worst mode meets the target or
-/// something stops it: each step takes the order from 2 to 4 and the size that should meet it at
-/// the least cost (pitch_model.hpp, corrected by the rates that were measured). A first setting
-/// better than asked is kept: a coarser one would come on top of it. When the target is out of
-/// reach, the best that the bounds allow is tried before it gives up.
+/// Solves, reads the estimated pitch errors, and refines until the worst mode's is below the target
+/// by a fifth, as much as estimates may be too low, or something stops it: each step takes the
+/// order from 2 to 4 and the size that should meet it at the least cost (pitch_model.hpp, corrected
+/// by the rates that were measured). A first setting better than asked is kept: a coarser one would
+/// come on top of it. Layers at inward edges are as many as the target takes; one more comes on top
+/// where steps gain less than the rates say. When the target is out of reach, the best that the
+/// bounds allow is tried before it gives up.
 ///
 /// The choice follows from counts and estimates alone, never from the clock or from what a machine
 /// has free, so it is the same everywhere: a step that runs out of time or memory ends the search
@@ -87,8 +100,8 @@ PitchResult reach_pitch(const PitchTarget& target, const MeshMaker& make_mesh,
                         const ModeSolver& solve);
 
 /// {asked_cents, reached_cents, met, stopped_by, reason, chosen, steps: [{order, element_size_m,
-/// automatic_size, elements, unknowns, seconds, worst_cents, median_cents}]}; stopped_by and reason
-/// are null when the target is met.
+/// automatic_size, edge_layers, elements, unknowns, seconds, worst_cents, median_cents}]};
+/// stopped_by and reason are null when the target is met.
 /// @param with_seconds  false leaves out what differs from run to run
 nlohmann::json to_json(const PitchReport& report, bool with_seconds);
 

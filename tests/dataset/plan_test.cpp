@@ -228,17 +228,22 @@ TEST(Plan, SolverIsShownWithItsReasons) {
   };
   auto usual = solver("");
   EXPECT_EQ(usual["order"].value, 3);
-  EXPECT_EQ(usual["pitch_target"].value, nullptr);
+  EXPECT_EQ(usual["pitch_target"].value, 5);
+  EXPECT_EQ(usual["max_unknowns"].value, 120000);
+  EXPECT_EQ(usual["edge_layers"].value, 1);
+  EXPECT_EQ(solver("solver: {pitch_cents: off}\n")["pitch_target"].value, nullptr);
+  // Who fixes the elements wants these.
+  EXPECT_EQ(solver("modes: {order: 3}\n")["pitch_target"].value, nullptr);
   EXPECT_EQ(usual["element_size"].value, nullptr);
   EXPECT_EQ(usual["linear_solver"].value, "automatic");
   EXPECT_EQ(usual["memory_limit"].text, "16.0 GiB");
   auto chosen = solver(
-      "solver: {pitch_cents: 5, eigen_solver: krylov_schur, linear_solver: iterative, "
+      "solver: {pitch_cents: 7, eigen_solver: krylov_schur, linear_solver: iterative, "
       "memory_limit: 4 GiB}\nmodes: {order: 2, element_size: 8 mm, max_modes: 7}\n");
   EXPECT_EQ(chosen["order"].value, 2);
   EXPECT_NE(chosen["order"].reason, usual["order"].reason);
   EXPECT_EQ(chosen["element_size"].value, 0.008);
-  EXPECT_EQ(chosen["pitch_target"].value, 5);
+  EXPECT_EQ(chosen["pitch_target"].value, 7);
   EXPECT_EQ(chosen["eigen_solver"].value, "krylov_schur");
   EXPECT_EQ(chosen["linear_solver"].value, "iterative");
   EXPECT_EQ(chosen["memory_limit"].value, 4ll << 30);

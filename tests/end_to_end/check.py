@@ -71,11 +71,11 @@ class Check(FolderTest):
     def test_intact(self):
         report = self.check()
         self.assertEqual({c["name"] for c in report["checks"] if c["verdict"] != "pass"},
-                         {"publication"}, report)
+                         {"publication", "pitches"}, report)
         self.assertEqual(report["samples"], 60)
         self.assertEqual({c["name"] for c in report["checks"]}, {
             "configuration", "counts", "schema", "checksums", "description", "index", "ids", "values", "clipping",
-            "silence", "split_shape", "split_strike", "rooms", "noise", "failures", "warnings", "files", "publication"})
+            "silence", "split_shape", "split_strike", "rooms", "noise", "failures", "warnings", "pitches", "files", "publication"})
         self.assertIn("5 of them distinct", self.find("split_shape", report)["text"])
         self.assertEqual(report, self.check(ranks=2))
 

@@ -7,12 +7,17 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <numbers>
+#include <random>
 
+#include "core/trace.hpp"
 #include "prisms.hpp"
 #include "reference_bodies.hpp"
 #include "solve.hpp"
+#include "solvers/mesh/grade_to_edges.hpp"
 #include "solvers/mesh/tetrahedra/mesher.hpp"
+#include "solvers/pitch/pitch_target.hpp"
 #include "test_meshes.hpp"
 
 namespace carillon {
@@ -138,8 +143,8 @@ bool is_inside(const std::vector<Vec2>& outline, const Vec2& p) {
 
 /// Elements of order 4 on a grid that crowds geometrically at inward edges, where their errors fall
 /// exponentially (Babuska and Guo 1988).
-std::vector<double> truth_of(const Section& section, std::size_t count) {
-  constexpr double step = 7;
+/// @param step  between its lines elsewhere [mm]
+std::vector<double> truth_of(const Section& section, std::size_t count, double step = 7) {
   const auto x = graded_lines(section.x, section.inward_x, step);
   const auto y = graded_lines(section.y, section.inward_y, step);
   const auto nx = static_cast<int>(x.size()) - 1, ny = static_cast<int>(y.size()) - 1;
@@ -167,13 +172,17 @@ std::vector<double> truth_of(const Section& section, std::size_t count) {
   return test::frequencies(modes);
 }
 
+mesh::SurfaceMesh surface_of(const Section& section) {
+  std::vector<Vec2> outline;
+  for (const Vec2& p : section.outline) outline.push_back(1e-3 * p);
+  return test::prism(outline, 1e-3 * section.height);
+}
+
 /// The lowest modes of a section in the mesher's own elements against the truth.
 void expect_true_estimates(const Section& section, std::initializer_list<int> orders) {
   constexpr std::size_t count = 12;
   const auto truth = truth_of(section, count);
-  std::vector<Vec2> outline;
-  for (const Vec2& p : section.outline) outline.push_back(1e-3 * p);
-  const auto surface = test::prism(outline, 1e-3 * section.height);
+  const auto surface = surface_of(section);
   for (const int order : orders) {
     mesh::MeshOptions options;
     options.order = order;
@@ -195,6 +204,109 @@ TEST(InwardEdges, EstimatesOfAnAngleAreTrue) {
 
 TEST(InwardEdges, EstimatesOfAllSectionsAreTrue) {
   for (const Section& section : sections()) expect_true_estimates(section, {2, 3, 4});
+}
+
+TEST(InwardEdges, LayersTakeMostOfTheirError) {
+  const Section& section = sections().front();
+  constexpr std::size_t count = 12;
+  const auto truth = truth_of(section, count);
+  mesh::MeshOptions options;
+  const auto plain = mesh::tetrahedra::tetrahedralise(surface_of(section), options).mesh;
+  const auto error = [&](int layers) {
+    const auto modes = lowest_modes(mesh::grade_to_edges(plain, layers), {test::steel},
+                                    static_cast<int>(3 * count / 2));
+    const auto found = test::measure_effectivity(modes, truth);
+    fmt::print("{} layers: worst {:.2f} cents, effectivity {:.2f} {:.2f} {:.2f}, {} unknowns\n",
+               layers, found.worst_error, found.least, found.median, found.most,
+               modes.certificate.unknowns);
+    EXPECT_EQ(found.complaint, "");
+    return found.worst_error;
+  };
+  const double without = error(0), one = error(1), two = error(2);
+  EXPECT_LT(one, without / 3);
+  EXPECT_LT(two, one / 1.5);
+}
+
+/// A right-angled section with drawn sides, and the lines of its grid.
+Section random_section(std::mt19937& random) {
+  const auto drawn = [&random](int from, int to) {
+    return static_cast<double>(std::uniform_int_distribution(from, to)(random));
+  };
+  const double a = drawn(30, 80), b = drawn(30, 80), s = drawn(4, 12), t = drawn(4, 12);
+  const double h = drawn(8, 30);
+  switch (std::uniform_int_distribution(0, 3)(random)) {
+    case 0:
+      return {"L", {{0, 0}, {a, 0}, {a, t}, {s, t}, {s, b}, {0, b}}, {0, s, a}, {0, t, b}, {s}, {t},
+              h};
+    case 1:
+      return {"U",
+              {{0, 0}, {a, 0}, {a, b}, {a - s, b}, {a - s, t}, {s, t}, {s, b}, {0, b}},
+              {0, s, a - s, a},
+              {0, t, b},
+              {s, a - s},
+              {t},
+              h};
+    case 2:
+      return {"T",
+              {{0, b},
+               {0, b - t},
+               {a / 2 - s, b - t},
+               {a / 2 - s, 0},
+               {a / 2 + s, 0},
+               {a / 2 + s, b - t},
+               {a, b - t},
+               {a, b}},
+              {0, a / 2 - s, a / 2 + s, a},
+              {0, b - t, b},
+              {a / 2 - s, a / 2 + s},
+              {b - t},
+              h};
+    default:
+      return {"step",
+              {{0, 0}, {a, 0}, {a, t}, {a / 2, t}, {a / 2, t + s}, {0, t + s}},
+              {0, a / 2, a},
+              {0, t, t + s},
+              {a / 2},
+              {t},
+              h};
+  }
+}
+
+/// Refines to 5 cents and compares with the truth. CARILLON_BODIES says how many (6).
+TEST(InwardEdges, TargetsOfRandomBodiesAreMet) {
+  const char* wanted = std::getenv("CARILLON_BODIES");
+  const int bodies = wanted != nullptr ? std::atoi(wanted) : 6;
+  constexpr std::size_t count = 10;
+  constexpr double asked = 5;
+  std::mt19937 random(31);
+  int met = 0, kept = 0;
+  for (int body = 0; body < bodies; ++body) {
+    const Section section = random_section(random);
+    const auto surface = surface_of(section);
+    const auto make_mesh = [&](const mesh::MeshOptions& options) {
+      mesh::MeshResult made = mesh::tetrahedra::tetrahedralise(surface, options);
+      made.mesh = mesh::grade_to_edges(made.mesh, options.edge_layers);
+      return made;
+    };
+    const auto solve = [](const mesh::MeshResult& made) {
+      return std::vector{lowest_modes(made.mesh, {test::steel}, static_cast<int>(count))};
+    };
+    const double start = core::thread_cpu_seconds();
+    const auto result = pitch::reach_pitch({.cents = asked, .start = {}}, make_mesh, solve);
+    fmt::print("{:.1f} s ", core::thread_cpu_seconds() - start);
+    const auto found = test::measure_effectivity(result.sets.front(), truth_of(section, count, 12));
+    fmt::print(
+        "{:5} {} steps, {} layers, {} unknowns: worst {:.2f} cents of {:.2f}, {:.2f} {:.2f} "
+        "{:.2f}\n",
+        section.name, result.report.steps.size(), result.report.steps.back().edge_layers,
+        result.sets.front().certificate.unknowns, found.worst_error, result.report.reached_cents,
+        found.least, found.median, found.most);
+    if (!result.report.met()) continue;
+    ++met;
+    kept += found.worst_error <= asked ? 1 : 0;
+  }
+  EXPECT_EQ(met, bodies);
+  EXPECT_GE(kept, 0.99 * met);
 }
 
 }  // namespace

@@ -43,7 +43,7 @@ std::string modes_line(const StudiedObject& object, const solvers::modes::Band& 
   if (object.any_size) line += " --any-size";
   return line + fmt::format(
                     " --material {} --min-frequency {}Hz --max-frequency {}Hz --max-modes {} "
-                    "--max-elements {} --pitch-cents {}",
+                    "--max-elements {} --max-unknowns 1000000000 --pitch-cents {}",
                     shell_word(object.material_text), band.min_frequency, band.max_frequency,
                     band.max_modes, max_elements, cents);
 }

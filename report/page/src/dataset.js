@@ -145,6 +145,7 @@ function objects(dataset) {
         { title: "modes", number: true, value: (s) => s.modes },
         { title: "complete to", number: true, value: (s) => s.complete_to_hz, text: (s) => (s.complete_to_hz ? hertz(s.complete_to_hz) : "–") },
         { title: "worst pitch error (estimated)", number: true, value: (s) => s.pitch_error_cents, text: (s) => (s.pitch_error_cents === null ? "–" : `${number(s.pitch_error_cents, 2)} cents`) },
+        { title: "median", number: true, value: (s) => s.median_pitch_error_cents, text: (s) => (s.median_pitch_error_cents === null ? "–" : `${number(s.median_pitch_error_cents, 2)} cents`) },
         { title: "order", number: true, value: (s) => s.order },
         { title: "unknowns", number: true, value: (s) => s.unknowns, text: (s) => number(s.unknowns, 6) },
         { title: "time", number: true, value: (s) => s.seconds, text: (s) => seconds(s.seconds) },

@@ -8,8 +8,8 @@
 namespace carillon::solvers::eigen {
 
 bool is_flat(const mesh::TetMesh& mesh) {
-  constexpr double flat = 6, many = 0.05;
-  std::size_t count = 0;
+  constexpr double wide = 6, many = 0.1;
+  double flat = 0, all = 0;
   for (std::size_t e = 0; e < mesh.element_count(); ++e) {
     const auto at = [&](std::size_t i) -> const Vec3& {
       return mesh.nodes[static_cast<std::size_t>(mesh.element(e)[i])];
@@ -22,9 +22,11 @@ bool is_flat(const mesh::TetMesh& mesh) {
     }
     const Vec3 a = at(1) - at(0), b = at(2) - at(0), c = at(3) - at(0);
     const double altitude = std::abs(a.cross(b).dot(c)) / largest;
-    count += longest > flat * altitude;
+    const double volume = altitude * largest;  // six times
+    all += volume;
+    if (longest > wide * altitude) flat += volume;
   }
-  return static_cast<double>(count) > many * static_cast<double>(mesh.element_count());
+  return flat > many * all;
 }
 
 std::optional<FinerFactor> FinerFactor::make(const FinerSpace& space,

@@ -12,8 +12,8 @@
 
 namespace carillon::solvers::eigen {
 
-/// Whether more than a twentieth of the elements are flat: the longest edge is more than six times
-/// the least altitude.
+/// Whether more than a tenth of the body is in flat elements, whose longest edge is more than
+/// six times the least altitude.
 bool is_flat(const mesh::TetMesh& mesh);
 
 /// The next order's own factor of A. Iterations that know single elements and the solved order see

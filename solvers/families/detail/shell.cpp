@@ -102,6 +102,7 @@ mesh::Meridian shell_meridian(const Shell& shell) {
   joints.erase(std::unique(joints.begin(), joints.end(),
                            [least](double a, double b) { return b - a < least; }),
                joints.end());
+  if (joints.size() == 1) joints.push_back(length);  // a wall thicker than it is long
   joints.back() = length;
   mesh::Meridian out;
   for (std::size_t i = 0; i + 1 < joints.size(); ++i) {

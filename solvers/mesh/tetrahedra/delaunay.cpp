@@ -5,12 +5,15 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <map>
+#include <string>
 
 #include "core/error.hpp"
 #include "solvers/mesh/flat_elements.hpp"
+#include "solvers/mesh/tetrahedra/detail/made_apart.hpp"
 #include "solvers/mesh/tetrahedra/detail/mend_slivers.hpp"
 
 namespace carillon::solvers::mesh::tetrahedra {
@@ -62,18 +65,25 @@ int add_surface(const SurfaceMesh& mesh, std::size_t first) {
   return tag;
 }
 
-void generate_volume(int algorithm) {
-  gmsh::option::setNumber("Mesh.Algorithm3D", algorithm);
+/// A way to fill a body.
+struct Way {
+  int algorithm;  ///< of Gmsh
+  bool optimise;
+};
+
+void generate_volume(const Way& way) {
+  gmsh::option::setNumber("Mesh.Algorithm3D", way.algorithm);
   gmsh::option::setNumber("Mesh.MeshSizeExtendFromBoundary", 1);
   gmsh::option::setNumber("Mesh.MeshSizeFromPoints", 0);
   gmsh::option::setNumber("Mesh.MeshOnlyEmpty", 1);  // the surface stays as it is
-  gmsh::option::setNumber("Mesh.Optimize", 1);
+  gmsh::option::setNumber("Mesh.Optimize", way.optimise ? 1 : 0);
   gmsh::option::setNumber("Mesh.OptimizeThreshold", 0.3);
   gmsh::model::mesh::generate(3);
 }
 
-/// Appends the model's tetrahedra to `mesh`, surface nodes first in their order.
-void collect(TetMesh& mesh, std::size_t surface_nodes) {
+/// The model's tetrahedra, surface nodes first in their order.
+TetMesh collect(std::size_t surface_nodes) {
+  TetMesh mesh;
   std::vector<std::size_t> tags, elements, corners;
   std::vector<double> coordinates, parametric;
   gmsh::model::mesh::getElementsByType(4, elements, corners);
@@ -102,9 +112,11 @@ void collect(TetMesh& mesh, std::size_t surface_nodes) {
     mesh.elements.insert(mesh.elements.end(), e.begin(), e.end());
     mesh.regions.push_back(0);
   }
+  return mesh;
 }
 
-void fill_body(TetMesh& mesh, const Body& body, int algorithm) {
+TetMesh fill_body(const Body& body, const Way& way) {
+  TetMesh mesh;
   with_gmsh("tetrahedra", [&] {
     GmshModel model;
     std::vector<int> surfaces;
@@ -115,21 +127,40 @@ void fill_body(TetMesh& mesh, const Body& body, int algorithm) {
     }
     gmsh::model::geo::addVolume({gmsh::model::geo::addSurfaceLoop(surfaces)});
     gmsh::model::geo::synchronize();
-    generate_volume(algorithm);
-    collect(mesh, nodes);
+    generate_volume(way);
+    mesh = collect(nodes);
   });
+  return mesh;
 }
 
 /// A filled body has the volume of its surface, whatever Gmsh says of its success.
-void check_volume(const TetMesh& mesh, std::size_t first_element, const Body& body) {
+void check_volume(const TetMesh& mesh, const Body& body) {
   double wanted = 0, filled = 0;
   for (const SurfaceMesh* part : body) wanted += signed_volume(*part);
-  for (std::size_t e = first_element; e < mesh.element_count(); ++e) {
-    filled += six_volumes(mesh, e) / 6;
-  }
+  for (std::size_t e = 0; e < mesh.element_count(); ++e) filled += six_volumes(mesh, e) / 6;
   if (!(std::abs(filled - wanted) <= 1e-6 * wanted))
     throw core::SolverError(fmt::format(
         "Gmsh's tetrahedra fill {:.6g} m^3 of a surface that encloses {:.6g} m^3", filled, wanted));
+}
+
+/// Ways in the order in which they are tried: HXT's recovery of the boundary is another program,
+/// and the optimiser may fail where the mesher does not.
+constexpr std::array<Way, 4> ways = {{{1, true}, {1, false}, {10, true}, {10, false}}};
+/// [s] A way's processor time: some 100 times what usual bodies take.
+constexpr unsigned way_seconds = 30;
+
+TetMesh filled(const Body& body) {
+  std::string reason;
+  for (const Way& way : ways) {
+    try {
+      TetMesh mesh = made_apart([&] { return fill_body(body, way); }, way_seconds);
+      check_volume(mesh, body);
+      return mesh;
+    } catch (const core::SolverError& error) {
+      if (reason.empty()) reason = error.message();
+    }
+  }
+  throw core::SolverError("Gmsh cannot fill the surface: " + reason);
 }
 
 }  // namespace
@@ -175,20 +206,11 @@ TetMesh fill_with_tetrahedra(const SurfaceMesh& surface) {
   TetMesh mesh;
   mesh.region_names = {"body"};
   for (const Body& body : group_bodies(parts)) {
-    const auto nodes = mesh.nodes.size(), elements = mesh.elements.size();
-    const auto count = mesh.element_count();
-    // Delaunay first, then HXT, whose boundary recovery is another program.
-    constexpr int delaunay = 1, hxt = 10;
-    try {
-      fill_body(mesh, body, delaunay);
-      check_volume(mesh, count, body);
-    } catch (const core::SolverError&) {
-      mesh.nodes.resize(nodes);
-      mesh.elements.resize(elements);
-      mesh.regions.resize(count);
-      fill_body(mesh, body, hxt);
-      check_volume(mesh, count, body);
-    }
+    const TetMesh part = filled(body);
+    const auto first = static_cast<std::int32_t>(mesh.nodes.size());
+    mesh.nodes.insert(mesh.nodes.end(), part.nodes.begin(), part.nodes.end());
+    for (const std::int32_t node : part.elements) mesh.elements.push_back(first + node);
+    mesh.regions.insert(mesh.regions.end(), part.regions.begin(), part.regions.end());
   }
   mesh.faces = boundary_faces(mesh);
   peel_flat_elements(mesh);

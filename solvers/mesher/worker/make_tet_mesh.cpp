@@ -7,6 +7,7 @@
 
 #include "core/error.hpp"
 #include "solvers/families/families.hpp"
+#include "solvers/mesh/grade_to_edges.hpp"
 #include "solvers/mesh/raise_order.hpp"
 #include "solvers/mesh/readers/read_mesh.hpp"
 #include "solvers/mesh/repair/repair.hpp"
@@ -92,6 +93,20 @@ mesh::MeshResult mesh_of_surface(const mesh::MeshRequest& request) {
   return result;
 }
 
+/// Puts thin layers at inward edges, as many as are asked for and have room. The elements' shapes
+/// are judged without: layers are thin on purpose.
+void add_edge_layers(mesh::MeshResult& result, const mesh::MeshOptions& options) {
+  for (int layers = options.edge_layers; layers > 0; --layers) {
+    mesh::TetMesh graded = mesh::grade_to_edges(result.mesh, layers);
+    const auto count = static_cast<std::int64_t>(graded.element_count());
+    if (count > options.max_elements) continue;
+    result.mesh = std::move(graded);
+    result.quality.elements = count;
+    result.quality.nodes = static_cast<std::int64_t>(result.mesh.nodes.size());
+    return;
+  }
+}
+
 }  // namespace
 
 mesh::MeshResult make_tet_mesh(const mesh::MeshRequest& request) {
@@ -99,12 +114,17 @@ mesh::MeshResult make_tet_mesh(const mesh::MeshRequest& request) {
     throw core::InputError(
         fmt::format("order {}: elements have order 1 to 4", request.options.order));
   }
+  mesh::MeshResult result;
   if (!request.shape.family.empty()) {
     families::find_family(request.shape.family).check(request.shape);
-    return families::mesh_family(request.shape, request.options);
+    result = families::mesh_family(request.shape, request.options);
+  } else if (mesh::readers::gives_tetrahedra(request.file)) {
+    return mesh_of_tetrahedra(request);
+  } else {
+    result = mesh_of_surface(request);
   }
-  return mesh::readers::gives_tetrahedra(request.file) ? mesh_of_tetrahedra(request)
-                                                       : mesh_of_surface(request);
+  add_edge_layers(result, request.options);
+  return result;
 }
 
 mesh::Diagnosis diagnose_file(const mesh::MeshFile& file) {
