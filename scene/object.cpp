@@ -10,6 +10,7 @@
 #include "core/units.hpp"
 #include "solvers/elements/anisotropy.hpp"
 #include "solvers/families/families.hpp"
+#include "solvers/mesh/readers/read_mesh.hpp"
 
 namespace carillon::scene {
 
@@ -61,6 +62,15 @@ void read_materials(ConfigNode& node, const std::vector<std::string>& shared,
   if (node.is_mapping("materials")) {
     ConfigNode groups = node.child("materials");
     for (const std::string& group : groups.keys()) object.groups[group] = groups.text(group);
+    // Anything but an MSH file is meshed here, and is one body.
+    solvers::mesh::MeshFile file;
+    file.path = object.pattern;
+    const bool has_groups =
+        object.family.empty() && solvers::mesh::readers::gives_tetrahedra(file);
+    const bool is_body = object.groups.size() == 1 && object.groups.contains("body");
+    if (!has_groups && !is_body)
+      node.fail("materials", "only MSH files have physical groups with materials of their own",
+                "name one material for the whole object");
   } else {
     object.materials = node.texts("materials", shared);
     if (object.materials.empty()) node.fail("materials", "no material is named");

@@ -97,6 +97,8 @@ core::Trace::Entry& mesh_entry(core::Trace& trace, const solvers::mesh::MeshRequ
 SolvedObject solve_object(const ObjectRequest& request, MPI_Comm comm,
                           const std::filesystem::path& cache) {
   if (request.solver == ObjectSolver::axisymmetric) return solve_turned(request, comm);
+  // What is meshed here has one region; wrong groups need not wait for it.
+  if (!gives_tetrahedra(request.mesh)) assign_materials(request.materials, {"body"});
   SolvedObject object;
   solvers::eigen::SolveOptions solve = request.solve;
   const auto solve_mesh = [&](const solvers::mesh::MeshResult& mesh) {

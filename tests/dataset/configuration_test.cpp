@@ -111,6 +111,12 @@ TEST(Configuration, MaterialsOfGroups) {
       read("objects:\n  - mesh: a.msh\n    materials: {shell: steel, core: wood}\n");
   EXPECT_EQ(config.objects[0].object.groups.at("core"), "wood");
   EXPECT_TRUE(config.objects[0].object.materials.empty());
+  for (const char* one : {"shape: bar", "mesh: a.obj"}) {
+    const std::string object = std::string("objects:\n  - ") + one + "\n    materials: ";
+    EXPECT_NE(refusal(object + "{shell: steel, core: wood}\n").find("objects[0].materials"),
+              std::string::npos);
+    EXPECT_NO_THROW(read(object + "{body: steel}\n"));
+  }
 }
 
 TEST(Configuration, OverridesWin) {
