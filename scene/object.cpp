@@ -65,8 +65,7 @@ void read_materials(ConfigNode& node, const std::vector<std::string>& shared,
     // Anything but an MSH file is meshed here, and is one body.
     solvers::mesh::MeshFile file;
     file.path = object.pattern;
-    const bool has_groups =
-        object.family.empty() && solvers::mesh::readers::gives_tetrahedra(file);
+    const bool has_groups = object.family.empty() && solvers::mesh::readers::gives_tetrahedra(file);
     const bool is_body = object.groups.size() == 1 && object.groups.contains("body");
     if (!has_groups && !is_body)
       node.fail("materials", "only MSH files have physical groups with materials of their own",

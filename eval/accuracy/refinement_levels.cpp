@@ -170,7 +170,8 @@ const RefinementLevel& LevelRunner::at_factor(int order, double size_factor, dou
 const RefinementLevel& LevelRunner::run(const solvers::mesh::MeshOptions& options, double tolerance,
                                         double size_factor) {
   for (const auto& level : levels_) {
-    if (level->options.order == options.order && level->tolerance == tolerance &&
+    if (level->options.order == options.order &&
+        level->options.edge_layers == options.edge_layers && level->tolerance == tolerance &&
         std::abs(level->options.element_size - options.element_size) <=
             1e-9 * options.element_size) {
       return *level;

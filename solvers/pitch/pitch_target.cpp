@@ -60,12 +60,11 @@ class Search {
   Search(const PitchTarget& target, const MeshMaker& make_mesh, const ModeSolver& solve)
       : target_(target), make_mesh_(make_mesh), solve_(solve) {
     result_.report.asked_cents = target.cents;
-    edge_layers_ = std::max(target.start.edge_layers, edge_layers_for(target.cents));
+    edge_layers_ = target.start.edge_layers;
   }
 
   PitchResult run() {
     mesh::MeshOptions options = target_.start;
-    options.edge_layers = edge_layers_;
     while (true) {
       attempt(options);
       if (met() || failed()) return std::move(result_);
@@ -156,6 +155,7 @@ class Search {
     has_edges_ = !target_.fixed_mesh && mesh::has_edges_to_grade(mesh.mesh);
     const double before = report().reached_cents;
     if (!first) learn(before, step.worst_cents);
+    if (first && has_edges_) edge_layers_ = std::max(edge_layers_, edge_layers_for(target_.cents));
     if (first || step.worst_cents < before) {
       report().reached_cents = step.worst_cents;
       report().chosen = steps.size();

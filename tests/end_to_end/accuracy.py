@@ -108,8 +108,27 @@ class PitchTarget(FolderTest):
                          [(s["order"], s["element_size_m"]) for s in two["steps"]])
 
     def test_a_target_that_is_none_is_refused(self):
-        for value in ("0", "-5", "nan"):
+        for value in ("0.001", "-5", "nan", "of"):
             self.assertEqual(run("modes", *self.body, "--pitch-cents", value).returncode, 2)
+
+    def test_off_and_given_elements_keep_the_mesh(self):
+        self.assertNotIn("pitch_target", run_json("modes", "tile", "-m", "steel", "--max-modes", 8,
+                                                  "--pitch-cents", "off"))
+        self.assertNotIn("pitch_target", run_json("modes", *self.body))
+        target = run_json("modes", "tile", "-m", "steel", "--max-modes", 8)["pitch_target"]
+        self.assertEqual(target["asked_cents"], 5)
+
+    def test_a_budget_is_kept_and_named(self):
+        arguments = ("modes", "tile", "-m", "steel", "--max-modes", 8, "--max-unknowns", 20000)
+        result = run(*arguments, "--pitch-cents", 0.05, "--json")
+        self.assertEqual(result.returncode, 3)
+        report = json.loads(result.stdout)["pitch_target"]
+        self.assertEqual(report["stopped_by"], "max_unknowns")
+        self.assertIn("20000 unknowns", report["reason"])
+        # A default that is missed is a warning.
+        missed = run("modes", "tile:thickness=4mm,width=25cm,length=25cm", "-m", "steel", "--max-unknowns", 100)
+        self.assertEqual(missed.returncode, 0)
+        self.assertIn("is not met", missed.stderr)
 
     def test_a_build_refines_each_shape(self):
         config = self.write("build.yaml", "materials: [steel, glass]\nobjects: [{shape: tile}]\n"

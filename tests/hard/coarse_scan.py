@@ -36,7 +36,8 @@ class CoarseScan(FolderTest):
         scan = self.write("tube.off", tube_off(0.03, 0.003, 0.08))
         truth = run_json("modes", "tube:radius=30mm,wall=3mm,length=80mm", "--solver", "axisymmetric",
                          *BAND)["modes"]
-        coarse = run_json("modes", scan, "--element-size", "28 mm", *BAND)
+        # Straight facets of a hollow meet in inward edges that layers would go to.
+        coarse = run_json("modes", scan, "--element-size", "28 mm", "--edge-layers", 0, *BAND)
         self.assertGreater(coarse["mesh"]["straightened"], 50)
         area_of_polygon = 192 / 2 * math.sin(2 * math.pi / 192)
         given = area_of_polygon * (0.03**2 - 0.027**2) * 0.08
