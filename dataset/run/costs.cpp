@@ -47,11 +47,13 @@ mpi::Task modes_task(const configuration::BuildConfig& config, const plan::Expec
                      const ExpectedSets& sets) {
   mpi::Task task;
   task.cost = solvers::pitch::solve_seconds(object.mesh, sets);
-  // A pitch target takes a first solve, and as a rule a larger second one.
-  if (config.pitch_cents > 0) task.cost *= 3;
+  const solvers::pitch::MeshSize last =
+      solvers::pitch::expected_refinement(object.mesh, config.pitch_cents, config.max_unknowns);
+  if (last.unknowns() > object.mesh.unknowns())
+    task.cost += solvers::pitch::solve_seconds(last, sets);
   task.cost += config.scene.seconds_per_shape();
-  task.width = configuration::group_width(config.ranks, object.mesh.unknowns());
-  task.memory = solvers::pitch::solve_memory(object.mesh, sets, task.width,
+  task.width = configuration::group_width(config.ranks, last.unknowns());
+  task.memory = solvers::pitch::solve_memory(last, sets, task.width,
                                              static_cast<double>(config.solver.memory_limit));
   task.kind = task.width > 1 ? "modes of groups" : "modes";
   return task;

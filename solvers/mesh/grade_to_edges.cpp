@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <map>
+#include <numbers>
 #include <set>
 #include <utility>
 
@@ -13,11 +14,13 @@
 namespace carillon::solvers::mesh {
 namespace {
 
-/// Edges of a larger exponent (opening angles below 207 degrees) are smooth enough as they are.
-constexpr double graded_exponent = 0.77;
+/// Edges that turn by less are no features of a body (tetrahedra/detail/feature_lines.hpp), and
+/// smooth enough as they are [rad].
+constexpr double graded_turn = 40 * std::numbers::pi / 180;
 
 bool is_graded(const InwardEdge& edge) {
-  return edge.exponent <= graded_exponent;
+  static const double exponent = edge_exponent(std::numbers::pi + graded_turn);
+  return edge.exponent <= exponent;
 }
 
 using Edge = std::pair<std::int32_t, std::int32_t>;

@@ -73,6 +73,17 @@ MeshSize expected_mesh_of_file(double bytes, const mesh::ShapeExtent& body, int 
   return mesh;
 }
 
+MeshSize expected_refinement(const MeshSize& mesh, double cents, std::int64_t max_unknowns) {
+  constexpr double wall_cents = 30, solid_cents = 5, smaller = 0.9;
+  const double expected = mesh.layers() > 1 ? solid_cents : wall_cents;
+  if (cents <= 0 || expected <= cents || mesh.order > 3) return mesh;
+  for (const double factor : {smaller, 1.0})
+    if (const MeshSize refined = resized(mesh, 4, factor);
+        refined.unknowns() <= static_cast<double>(max_unknowns))
+      return refined;
+  return mesh;
+}
+
 double solve_seconds(const MeshSize& mesh, const ExpectedSets& sets) {
   const double solve = 5e-6 * std::pow(mesh.unknowns(), 1.3) * std::pow(mesh.layers(), 0.35) *
                        (sets.modes + 40) / 56;

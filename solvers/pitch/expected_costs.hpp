@@ -16,6 +16,11 @@ MeshSize expected_mesh(const mesh::ShapeExtent& body, const mesh::MeshOptions& o
 /// their fraction of the nodes, as text or binary.
 MeshSize expected_mesh_of_file(double bytes, const mesh::ShapeExtent& body, int order);
 
+/// The mesh that a pitch target ends with, as far as that can be told before anything is solved: at
+/// the mesher's own size and order 3 solids and stout bars are within 5 cents, walls of one layer
+/// are 10 to 90 off and end at order 4 with elements a tenth smaller; never more than max_unknowns.
+MeshSize expected_refinement(const MeshSize& mesh, double cents, std::int64_t max_unknowns);
+
 /// What the mode sets of a body come to.
 struct ExpectedSets {
   double solves = 1;  ///< eigensolves: of each set, or of a basis for many

@@ -25,8 +25,6 @@ constexpr std::size_t max_steps = 8;
 /// A prediction aims below the target by this, the lower the more an error has to fall: it is right
 /// within a factor of two for small steps, and another step would cost more than the margin.
 constexpr double aim = 0.6, aim_exponent = 0.3;
-/// Estimates may be a fifth too low: a target is met where they are below it by as much.
-constexpr double trusted = 0.8;
 /// Work of a step may be so much more than that of the best one so far: predictions far away are
 /// not to be trusted with hours.
 constexpr double max_growth = 40;
@@ -77,7 +75,7 @@ class Search {
 
  private:
   PitchReport& report() { return result_.report; }
-  double needed() const { return std::max(trusted * target_.cents, min_pitch_target); }
+  double needed() const { return std::max(trusted_share * target_.cents, min_pitch_target); }
   bool met() { return report().reached_cents <= needed() && report().stopped_by.empty(); }
   bool failed() { return !report().stopped_by.empty(); }
 
@@ -225,15 +223,14 @@ class Search {
       if (c.size.elements > bounds.elements || factor_memory(c.size) > bounds.memory ||
           c.cost > bounds.cost || c.size.unknowns() > bounds.unknowns)
         continue;
-      if (best == nullptr) {
-        best = &c;
-      } else if (c.error <= goal || best->error <= goal) {
-        if (c.error <= goal && (best->error > goal || c.cost < best->cost)) best = &c;
-      } else if (c.error < best->error) {
-        best = &c;
-      }
+      if (best == nullptr || is_better(c, *best, goal)) best = &c;
     }
     return best;
+  }
+
+  static bool is_better(const Candidate& one, const Candidate& other, double goal) {
+    if (one.error > goal && other.error > goal) return one.error < other.error;
+    return one.error <= goal && (other.error > goal || one.cost < other.cost);
   }
 
   std::optional<Candidate> choose() {

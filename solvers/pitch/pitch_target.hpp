@@ -15,6 +15,8 @@ namespace carillon::solvers::pitch {
 /// Estimates say nothing below this [cent]: the least that can be asked for. What the eigensolver's
 /// usual tolerance leaves is ten times less, so there is nothing to refine about it.
 constexpr double min_pitch_target = 0.01;
+/// Estimates may be a fifth too low: a target is met where they are below this share of it.
+constexpr double trusted_share = 0.8;
 /// What `modes` and `build` aim at where nothing is said [cent], and what a setting may cost.
 constexpr double usual_pitch_target = 5;
 constexpr std::int64_t usual_max_unknowns = 120000;

@@ -173,7 +173,8 @@ class Models(FolderTest):
 
     def test_each_region_has_its_material(self):
         bar = self.two_parts()
-        glb = self.export("parts", bar, "-m", "left=steel,right=wood", "--modes", "2")
+        glb = self.export("parts", bar, "-m", "left=steel,right=wood", "--modes", "2",
+                          "--pitch-cents", "off")
         self.assertEqual([one["name"] for one in glb.document["materials"]], ["steel", "wood"])
         looks = [one["pbrMetallicRoughness"] for one in glb.document["materials"]]
         self.assertEqual([one["metallicFactor"] for one in looks], [1, 0])

@@ -170,7 +170,7 @@ class SceneColumns(MovingTest):
         report = run_json("check", self.whole)
         self.assertTrue(report["passed"])
         notes = {c["name"] for c in report["checks"] if c["verdict"] == "note"}
-        self.assertEqual(notes, {"publication"})  # the configuration says nothing of who made it
+        self.assertEqual(notes, {"publication", "pitches"})  # the configuration says nothing of who made it
 
     def test_every_simulation_comes_again(self):
         simulations = [word for simulation in range(SIMULATIONS) for word in ("--sample", simulation)]

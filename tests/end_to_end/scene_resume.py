@@ -80,7 +80,7 @@ class SceneResume(MovingTest):
                           for file in (output / folder).rglob("*") if file.is_file()], [])
         checks = {c["name"]: c["verdict"] for c in run_json("check", output)["checks"]}
         self.assertEqual({name for name, verdict in checks.items() if verdict != "pass"},
-                         {"counts", "failures", "publication"})
+                         {"counts", "failures", "pitches", "publication"})
 
 
 if __name__ == "__main__":

@@ -14,6 +14,7 @@ PAIRS = {
 COMMON = """
 materials: [ceramic]
 modes: {max_modes: 12}
+solver: {pitch_cents: off}
 audio: {seconds: 0.1 s}
 strikes: {per_object: 1}
 voxels: {resolution: 30, fill: outer}

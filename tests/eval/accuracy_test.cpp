@@ -178,7 +178,7 @@ TEST(ModesLine, NamesTheBodyTheBandAndTheBounds) {
   const solvers::modes::Band band{0, 2500.5, 26};
   const std::string rest =
       " --min-frequency 0Hz --max-frequency 2500.5Hz --max-modes 26 --max-elements 40000 "
-      "--pitch-cents 2.5";
+      "--max-unknowns 1000000000 --pitch-cents 2.5";
   EXPECT_EQ(accuracy::modes_line(config.objects[0], band, 40000, 2.5),
             "carillon modes disc:radius=0.06m,thickness=0.005m --material steel" + rest);
   EXPECT_EQ(accuracy::modes_line(config.objects[1], band, 40000, 2.5),

@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <string>
 #include <utility>
 
@@ -93,13 +94,19 @@ mesh::MeshResult mesh_of_surface(const mesh::MeshRequest& request) {
   return result;
 }
 
+/// Where layers multiply the elements by more than this, most of them are at edges, and smaller
+/// elements serve as well.
+constexpr double max_layer_growth = 2.5;
+
 /// Puts thin layers at inward edges, as many as are asked for and have room. The elements' shapes
 /// are judged without: layers are thin on purpose.
 void add_edge_layers(mesh::MeshResult& result, const mesh::MeshOptions& options) {
+  const double most = std::min(static_cast<double>(options.max_elements),
+                               max_layer_growth * static_cast<double>(result.mesh.element_count()));
   for (int layers = options.edge_layers; layers > 0; --layers) {
     mesh::TetMesh graded = mesh::grade_to_edges(result.mesh, layers);
     const auto count = static_cast<std::int64_t>(graded.element_count());
-    if (count > options.max_elements) continue;
+    if (static_cast<double>(count) > most) continue;
     result.mesh = std::move(graded);
     result.quality.elements = count;
     result.quality.nodes = static_cast<std::int64_t>(result.mesh.nodes.size());
