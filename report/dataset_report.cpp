@@ -161,7 +161,7 @@ void add_failures(const std::filesystem::path& folder, std::size_t rows, ordered
     report[count] = list.size();
     if (list.size() > rows)
       list.erase(list.begin() + static_cast<std::ptrdiff_t>(rows), list.end());
-    report[name] = std::move(list);
+    report[name] = list;
   };
   add("failures.json", "failed", "failures");
   add("warnings.json", "warned", "warnings");

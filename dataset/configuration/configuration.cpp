@@ -21,7 +21,6 @@ using core::at_key;
 using core::ConfigNode;
 using core::Dimension;
 using core::path_beside;
-using core::Range;
 
 namespace {
 

@@ -1,5 +1,6 @@
 #include "dataset/plan/plan.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -202,7 +203,7 @@ TEST(Plan, ViewsThatAreOffAreNeverRegistered) {
     const std::string bar = "objects:\n  - shape: bar\n    materials: [steel]\n";
     const configuration::BuildConfig never =
         configuration::read_build_config(bar, "test.yaml", {}, others);
-    const std::string off = key + "effects: {" + name + ": off}\n";
+    const std::string off = fmt::format("{}effects: {{{}: off}}\n", key, name);
     for (const std::string& more : {std::string(), off}) {
       const configuration::BuildConfig config = config_of(bar + more);
       EXPECT_FALSE(config.mel || config.voxels || config.camera) << more;

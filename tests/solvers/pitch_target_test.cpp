@@ -157,7 +157,8 @@ TEST(PitchTarget, IsNoDearerThanNeeded) {
   ASSERT_TRUE(result.report.met());
   double cheapest = 1e300;
   for (int order = 2; order <= 4; ++order)
-    for (double size = 0.012; size < 0.06; size *= 1.15) {
+    for (int step = 0; step < 12; ++step) {
+      const double size = 0.012 * std::pow(1.15, step);
       const solvers::pitch::MeshSize mesh =
           solvers::pitch::size_of(mesh_of(body.shape, order, size).mesh);
       if (errors(mesh)[2] <= 1) cheapest = std::min(cheapest, solvers::pitch::relative_cost(mesh));
