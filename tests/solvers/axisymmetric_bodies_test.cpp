@@ -218,6 +218,16 @@ TEST(AxisymmetricTurned, PolygonsGiveWhatRectanglesGive) {
       0.01);
 }
 
+/// A disc much thicker than it is wide has one block, as a cylinder has.
+TEST(AxisymmetricTurned, AThickDiscIsACylinder) {
+  const auto meridian_of = [](const char* family, const char* along) {
+    return solvers::families::find_family(family).meridian(
+        {family, {{"radius", 0.01}, {along, 0.12}}, {}});
+  };
+  expect_same(axisymmetric(meridian_of("disc", "thickness"), test::steel, 70000),
+              axisymmetric(meridian_of("cylinder", "length"), test::steel, 70000), 0.01);
+}
+
 /// A goblet's foot: re-entrant corners, graded in one and cut into other blocks in the other.
 TEST(AxisymmetricTurned, ReentrantCornersConverge) {
   const auto polygon =
