@@ -56,7 +56,7 @@ void add_modes(const std::filesystem::path& path, ordered_json& shape) {
   shape["modes"] = modes;
   shape["complete_to_hz"] = complete_to;
   shape["unknowns"] = unknowns;
-  const auto errors = dataset::samples::read_pitch_errors(path);
+  const auto errors = dataset::samples::read_pitch_errors(file);
   if (errors.empty()) return;
   shape["pitch_error_cents"] = *std::max_element(errors.begin(), errors.end());
   shape["median_pitch_error_cents"] = core::median(errors);

@@ -9,6 +9,7 @@
 
 #include "core/error.hpp"
 #include "core/hash.hpp"
+#include "core/hdf5.hpp"
 #include "core/json.hpp"
 #include "core/numbers.hpp"
 #include "dataset/configuration/inputs.hpp"
@@ -273,7 +274,7 @@ Finding check_pitches(const DatasetFolder& folder) {
     if (!fs::is_regular_file(path)) continue;
     std::vector<double> errors;
     try {
-      errors = samples::read_pitch_errors(path);
+      errors = samples::read_pitch_errors(core::Hdf5Group::open_file(path));
     } catch (const core::FileError&) {
       // A damaged file is the business of its checksum.
     }

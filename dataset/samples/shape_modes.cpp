@@ -57,8 +57,7 @@ void write_moments(const core::Hdf5Group& file,
   file.write_attribute("unit", "m^2", "moments/spread");
 }
 
-std::vector<double> read_pitch_errors(const std::filesystem::path& modes_file) {
-  const core::Hdf5Group file = core::Hdf5Group::open_file(modes_file);
+std::vector<double> read_pitch_errors(const core::Hdf5Group& file) {
   std::vector<double> errors;
   for (const std::string& name : file.names()) {
     if (!name.starts_with("set-") || !file.open_group(name).has("pitch_errors")) continue;

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <filesystem>
 #include <vector>
 
 #include "dataset/samples/modes_task.hpp"
@@ -38,8 +37,8 @@ class ShapeModes {
 };
 
 /// Estimated pitch errors of every mode of every set of a modes file [cent].
-/// @throws FileError  it is missing or damaged
-std::vector<double> read_pitch_errors(const std::filesystem::path& modes_file);
+/// @throws FileError  it is damaged
+std::vector<double> read_pitch_errors(const core::Hdf5Group& file);
 
 /// Writes the pieces as `hulls/points` [n, 3] and `hulls/first` [pieces + 1].
 void write_hulls(const core::Hdf5Group& file, const std::vector<std::vector<Vec3>>& hulls);

@@ -84,6 +84,7 @@ void generate_volume(const Way& way) {
 /// The model's tetrahedra, surface nodes first in their order.
 TetMesh collect(std::size_t surface_nodes) {
   TetMesh mesh;
+  mesh.region_names = {"body"};
   std::vector<std::size_t> tags, elements, corners;
   std::vector<double> coordinates, parametric;
   gmsh::model::mesh::getElementsByType(4, elements, corners);
@@ -145,7 +146,9 @@ void check_volume(const TetMesh& mesh, const Body& body) {
 
 /// Ways in the order in which they are tried: HXT's recovery of the boundary is another program,
 /// and the optimiser may fail where the mesher does not.
-constexpr std::array<Way, 4> ways = {{{1, true}, {1, false}, {10, true}, {10, false}}};
+constexpr int delaunay = 1, hxt = 10;
+constexpr std::array<Way, 4> ways = {
+    {{delaunay, true}, {delaunay, false}, {hxt, true}, {hxt, false}}};
 /// [s] A way's processor time: some 100 times what usual bodies take.
 constexpr unsigned way_seconds = 30;
 

@@ -10,48 +10,28 @@
 
 #include <array>
 #include <cerrno>
-#include <cstring>
 #include <exception>
 #include <new>
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "core/error.hpp"
+#include "solvers/mesh/shape_source.hpp"
 
 namespace carillon::solvers::mesh::tetrahedra {
 namespace {
 
 enum class Outcome : char { made, failed, out_of_memory };
 
-template <class T>
-void append(std::string& bytes, const std::vector<T>& values) {
-  const std::uint64_t count = values.size();
-  bytes.append(reinterpret_cast<const char*>(&count), sizeof count);
-  bytes.append(reinterpret_cast<const char*>(values.data()), count * sizeof(T));
-}
-
-template <class T>
-std::vector<T> take(const std::string& bytes, std::size_t& at) {
-  std::uint64_t count = 0;
-  std::memcpy(&count, bytes.data() + at, sizeof count);
-  at += sizeof count;
-  std::vector<T> values(count);
-  std::memcpy(values.data(), bytes.data() + at, count * sizeof(T));
-  at += count * sizeof(T);
-  return values;
-}
-
 std::string answer(const std::function<TetMesh()>& make) {
   const auto failed = [](const std::string& message) {
     return static_cast<char>(Outcome::failed) + message;
   };
   try {
-    const TetMesh mesh = make();
+    MeshResult result;
+    result.mesh = make();
     std::string bytes(1, static_cast<char>(Outcome::made));
-    std::vector<double> coordinates;
-    for (const Vec3& node : mesh.nodes)
-      coordinates.insert(coordinates.end(), {node.x(), node.y(), node.z()});
-    append(bytes, coordinates);
-    append(bytes, mesh.elements);
+    nlohmann::json::to_cbor(to_json(result), bytes);
     return bytes;
   } catch (const core::Error& error) {
     return failed(error.message());
@@ -110,7 +90,7 @@ TetMesh made_apart(const std::function<TetMesh()>& make, unsigned seconds) {
   }
   if (WIFSIGNALED(status)) {
     const int signal = WTERMSIG(status);
-    if (signal == SIGXCPU || (signal == SIGKILL && bytes.empty()))
+    if (signal == SIGXCPU)
       throw core::SolverError(fmt::format("it was stopped after {} s", seconds));
     const char* name = sigabbrev_np(signal);
     throw core::SolverError(fmt::format("it crashed (SIG{})", name != nullptr ? name : "?"));
@@ -119,14 +99,7 @@ TetMesh made_apart(const std::function<TetMesh()>& make, unsigned seconds) {
     throw core::SolverError("it ended without an answer");
   if (bytes[0] == static_cast<char>(Outcome::out_of_memory)) throw std::bad_alloc();
   if (bytes[0] == static_cast<char>(Outcome::failed)) throw core::SolverError(bytes.substr(1));
-  TetMesh mesh;
-  std::size_t at = 1;
-  const auto coordinates = take<double>(bytes, at);
-  for (std::size_t i = 0; i < coordinates.size(); i += 3)
-    mesh.nodes.emplace_back(coordinates[i], coordinates[i + 1], coordinates[i + 2]);
-  mesh.elements = take<std::int32_t>(bytes, at);
-  mesh.regions.assign(mesh.elements.size() / 4, 0);
-  return mesh;
+  return mesh_result_from_json(nlohmann::json::from_cbor(bytes.begin() + 1, bytes.end())).mesh;
 }
 
 }  // namespace carillon::solvers::mesh::tetrahedra

@@ -6,8 +6,8 @@
 
 namespace carillon::solvers::mesh::tetrahedra {
 
-/// Nodes and elements of the first-order mesh that a function makes, in a process of its own: what
-/// crashes there or never ends does so alone.
+/// The mesh that a function makes, in a process of its own: what crashes there or never ends does
+/// so alone.
 /// @param seconds  of processor time that it may take
 /// @throws SolverError  with the function's own message, the signal that ended it, or its time
 /// @throws std::bad_alloc  memory ran out there
