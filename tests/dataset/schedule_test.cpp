@@ -18,6 +18,7 @@ run::LoadedBuild bars(int strikes) {
   run::LoadedBuild build;
   build.config = configuration::read_build_config(
       "objects:\n  - {shape: bar, materials: [steel], count: 2}\nfiles: {wav: true}\n"
+      "solver: {pitch_cents: off}\n"
       "strikes: {per_object: " +
           std::to_string(strikes) + "}\n",
       "test.yaml", {});
