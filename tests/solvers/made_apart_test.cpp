@@ -51,8 +51,9 @@ TEST(MadeApart, DeathsAreReasons) {
 TEST(MadeApart, HangsEnd) {
   EXPECT_EQ(complaint_of(
                 []() -> TetMesh {
-                  for (volatile int i = 0;; i = i + 1) {
+                  for (volatile bool hangs = true; hangs;) {
                   }
+                  return {};
                 },
                 1),
             "it was stopped after 1 s");
