@@ -68,7 +68,7 @@ class Search {
       if (met() || failed()) return std::move(result_);
       const auto next = choose();
       if (!next) return std::move(result_);
-      predicted_ = next->error;
+      planned_ = next->size;
       options = next->options;
     }
   }
@@ -152,7 +152,7 @@ class Search {
     const bool first = steps.empty();
     has_edges_ = !target_.fixed_mesh && mesh::has_edges_to_grade(mesh.mesh);
     const double before = report().reached_cents;
-    if (!first) learn(before, step.worst_cents);
+    if (!first) learn(before, step.worst_cents, size);
     if (first && has_edges_) edge_layers_ = std::max(edge_layers_, edge_layers_for(target_.cents));
     if (first || step.worst_cents < before) {
       report().reached_cents = step.worst_cents;
@@ -173,17 +173,27 @@ class Search {
   }
 
   /// Compares a step with its prediction: where corners or a rough surface slow convergence down,
-  /// later predictions promise less.
-  void learn(double before, double now) {
-    stuck_ = now > min_gain * before ? stuck_ + 1 : 0;
-    const double promised = std::log(before / predicted_);
+  /// later predictions promise less. Where fewer elements were made than a size was expected to
+  /// give, they promised less themselves, and smaller sizes are asked for from now on.
+  void learn(double before, double now, const MeshSize& made) {
+    const double coarser = std::sqrt(std::max(1.0, planned_.elements / made.elements));
+    const double factor = coarser * planned_.element_size / best_.element_size;
+    asked_size_ /= coarser;
+    const double promised = std::log(before / predicted(before, planned_.order, factor));
     if (promised < 0.2) return;
+    stuck_ = now > min_gain * before ? stuck_ + 1 : 0;
     const double gained = now > 0 ? std::log(before / now) : promised;
     if (gained < poor_gain * promised && has_edges_ && edge_layers_ < most_edge_layers) {
       ++edge_layers_;
       return;
     }
     trust_ = std::clamp(trust_ * gained / promised, 0.15, 1.0);
+  }
+
+  /// The error of another order and size than the best's, whose error is `reached` [cent].
+  double predicted(double reached, int order, double size_factor) const {
+    return reached *
+           std::pow(predicted_error(reached, best_.order, order, size_factor) / reached, trust_);
   }
 
   std::vector<Candidate> candidates() const {
@@ -199,8 +209,7 @@ class Search {
         c.options.edge_layers = edge_layers_;
         if (!target_.fixed_mesh) c.options.element_size = asked_size_ * factor;
         c.size = resized(best_, order, factor);
-        const double model = predicted_error(reached, best_.order, order, factor);
-        c.error = reached * std::pow(model / reached, trust_);
+        c.error = predicted(reached, order, factor);
         c.cost = relative_cost(c.size);
         if (!was_tried(c.options)) all.push_back(c);
       }
@@ -286,7 +295,7 @@ class Search {
   PitchResult result_;
   MeshSize best_;           ///< mesh of the best step
   double asked_size_ = 0;   ///< and the size it was asked with
-  double predicted_ = 0;    ///< error of the step under way
+  MeshSize planned_;        ///< what the step under way was expected to give
   double trust_ = 1;        ///< fraction of a predicted gain (in logarithms) that comes true
   bool was_empty_ = false;  ///< the last step found no mode
   bool has_edges_ = false;  ///< that layers help

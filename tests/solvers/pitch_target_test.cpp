@@ -392,6 +392,24 @@ TEST(PitchTarget, LayersComeWhereInwardEdgesHoldASearchUp) {
   for (const int layers : layers_of("block", 0.1)) EXPECT_EQ(layers, 1);
 }
 
+TEST(PitchTarget, SizesThatGiveFewerElementsThanExpectedAreAskedSmaller) {
+  // The automatic size refines where a body is thin; a size that is given does not.
+  Body body = tile(smooth(90));
+  const auto coarser = [&body](MeshOptions options) {
+    if (options.element_size > 0) options.element_size *= 3;
+    return body.mesh_maker()(options);
+  };
+  const auto reach = [&](double cents) {
+    return solvers::pitch::reach_pitch({.cents = cents}, coarser, body.solver()).report;
+  };
+  const double first = reach(1e3).reached_cents;
+  // Nearly there: fewer elements of order 4 should do.
+  const solvers::pitch::PitchReport report = reach(first);
+  EXPECT_TRUE(report.met()) << report.stopped_by << ": " << report.reason;
+  ASSERT_GE(report.steps.size(), 3u);
+  EXPECT_GT(report.steps[1].worst_cents, first);
+}
+
 TEST(PitchTarget, AFifthIsKeptForEstimates) {
   for (const auto& [worst, met] : {std::pair(3.9, true), std::pair(4.1, false)}) {
     Body body = tile(
