@@ -1,12 +1,16 @@
 #include "solvers/mesh/grade_to_edges.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <map>
 #include <numbers>
 #include <set>
 #include <utility>
+#include <vector>
 
+#include "core/disjoint_sets.hpp"
+#include "core/numbers.hpp"
 #include "solvers/elements/node_numbering.hpp"
 #include "solvers/mesh/inward_edges.hpp"
 #include "solvers/mesh/raise_order.hpp"
@@ -18,9 +22,47 @@ namespace {
 /// smooth enough as they are [rad].
 constexpr double graded_turn = 40 * std::numbers::pi / 180;
 
-bool is_graded(const InwardEdge& edge) {
-  static const double exponent = edge_exponent(std::numbers::pi + graded_turn);
-  return edge.exponent <= exponent;
+/// Lines of edges that reach less far than this part of the median element, spikes of a scan, say,
+/// hold less of a mode than its elements leave out.
+constexpr double least_reach = 0.2;
+
+/// The median of the elements' longest sides [m].
+double median_side(const TetMesh& mesh) {
+  std::vector<double> sides;
+  for (std::size_t e = 0; e < mesh.element_count(); ++e) {
+    double longest = 0;
+    for (std::size_t i = 0; i < 4; ++i)
+      for (std::size_t j = 0; j < i; ++j) {
+        const Vec3& a = mesh.nodes[static_cast<std::size_t>(mesh.element(e)[i])];
+        const Vec3& b = mesh.nodes[static_cast<std::size_t>(mesh.element(e)[j])];
+        longest = std::max(longest, (a - b).norm());
+      }
+    sides.push_back(longest);
+  }
+  return core::median(std::move(sides));
+}
+
+/// The inward edges that layers follow.
+std::vector<InwardEdge> graded_edges(const TetMesh& mesh) {
+  const double sharp = edge_exponent(std::numbers::pi + graded_turn);
+  std::vector<InwardEdge> edges = inward_edges(mesh);
+  std::erase_if(edges, [sharp](const InwardEdge& edge) { return edge.exponent > sharp; });
+  if (edges.empty()) return edges;
+  core::DisjointSets lines(mesh.nodes.size());
+  for (const InwardEdge& edge : edges)
+    lines.join(static_cast<std::size_t>(edge.from), static_cast<std::size_t>(edge.to));
+  const auto line_of = [&lines](const InwardEdge& edge) {
+    return lines.find(static_cast<std::size_t>(edge.from));
+  };
+  std::map<std::size_t, Eigen::AlignedBox3d> reach;
+  for (const InwardEdge& edge : edges)
+    for (const std::int32_t n : {edge.from, edge.to})
+      reach[line_of(edge)].extend(mesh.nodes[static_cast<std::size_t>(n)]);
+  const double least = least_reach * median_side(mesh);
+  std::erase_if(edges, [&](const InwardEdge& edge) {
+    return reach.at(line_of(edge)).diagonal().norm() < least;
+  });
+  return edges;
 }
 
 using Edge = std::pair<std::int32_t, std::int32_t>;
@@ -55,8 +97,7 @@ class Pieces {
       pieces_.push_back(piece);
     }
     at_edge_.assign(static_cast<std::size_t>(vertices_), false);
-    for (const InwardEdge& edge : inward_edges(mesh)) {
-      if (!is_graded(edge)) continue;
+    for (const InwardEdge& edge : graded_edges(mesh)) {
       const auto from = vertex_of[static_cast<std::size_t>(edge.from)];
       const auto to = vertex_of[static_cast<std::size_t>(edge.to)];
       inward_.insert(std::minmax(from, to));
@@ -239,8 +280,7 @@ class Pieces {
 }  // namespace
 
 bool has_edges_to_grade(const TetMesh& mesh) {
-  const auto edges = inward_edges(mesh);
-  return std::any_of(edges.begin(), edges.end(), is_graded);
+  return !graded_edges(mesh).empty();
 }
 
 TetMesh grade_to_edges(const TetMesh& mesh, int layers) {

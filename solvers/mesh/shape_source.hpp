@@ -44,8 +44,8 @@ struct MeshOptions {
   double element_size = 0;  ///< largest edge [m]; 0: chosen from thickness and curvature
   std::int64_t max_elements = 200000;
   /// Layers of thin elements at inward edges (grade_to_edges.hpp), 0 to 4; fewer where max_elements
-  /// has no room, or where elements would become more than 2.5 times as many. Tetrahedra that a
-  /// file gives get none.
+  /// has no room, or where elements would become more than 2.5 times as many, or more by both 6,000
+  /// and three tenths. Tetrahedra that a file gives get none.
   int edge_layers = 1;
 };
 

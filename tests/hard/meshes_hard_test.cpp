@@ -81,8 +81,8 @@ solvers::mesh::SurfaceMesh bent_rod(double radius, double bend, double prong, in
   const auto ring = [&](const Vec3& centre, const Vec3& across) {
     for (int i = 0; i < sides; ++i) {
       const double angle = 2 * std::numbers::pi * i / sides;
-      rod.vertices.emplace_back(centre +
-                                radius * (std::cos(angle) * across + std::sin(angle) * Vec3::UnitY()));
+      rod.vertices.emplace_back(
+          centre + radius * (std::cos(angle) * across + std::sin(angle) * Vec3::UnitY()));
     }
   };
   for (int i = 0; i < prong_steps; ++i)
@@ -120,8 +120,8 @@ TEST(MeshesHard, ATumbler) {
   profile.push_back({0, 0.01});
   const Made glass = made(turned_surface(profile, 64), {56e9, 0.25, 2500}, 10);
   EXPECT_NEAR(2500 * glass.mesh.quality.volume, 0.5537, 2e-4);
-  expect_hertz(glass.hertz, {2127.9, 2127.9, 5366.3, 5366.3, 5544.5, 5544.5, 8378.7, 8378.7, 9803.4,
-                             9803.4},
+  expect_hertz(glass.hertz,
+               {2127.9, 2127.9, 5366.3, 5366.3, 5544.5, 5544.5, 8378.7, 8378.7, 9803.4, 9803.4},
                3e-3);
 }
 

@@ -18,6 +18,7 @@
 #include "solvers/mesh/inward_edges.hpp"
 #include "solvers/mesh/raise_order.hpp"
 #include "solvers/mesh/tetrahedra/mesher.hpp"
+#include "test_surfaces.hpp"
 
 namespace carillon::test {
 namespace {
@@ -104,6 +105,18 @@ TEST(GradeToEdges, ThinsElementsAcrossEdgesAndNotAlong) {
                   0.3 * size * std::pow(mesh::layer_ratio, layers));
       EXPECT_EQ(mesh::inward_edges(graded).size(), mesh::inward_edges(plain).size());
     }
+  }
+}
+
+TEST(GradeToEdges, PassesOverLinesMuchSmallerThanTheElements) {
+  for (const double side : {0.2, 0.002}) {
+    SCOPED_TRACE(side);
+    const SurfaceMesh cavity =
+        turned_over(moved(box_surface(Vec3(side, side, side), 1), Vec3(0.4, 0.4, 0.4)));
+    const mesh::TetMesh body =
+        mesh::tetrahedra::tetrahedralise(together(box_surface(Vec3(1, 1, 1), 1), cavity), {}).mesh;
+    EXPECT_FALSE(mesh::inward_edges(body).empty());
+    EXPECT_EQ(mesh::has_edges_to_grade(body), side > 0.1);
   }
 }
 
