@@ -36,6 +36,9 @@ constexpr double min_gain = 0.9;
 /// suspected.
 constexpr double poor_gain = 0.6;
 constexpr int most_edge_layers = 4;
+/// Meshes that come out larger than the unknowns allowed by more than this are not solved.
+constexpr double slack = 1.25;
+constexpr int most_refusals = 4;
 
 /// A setting that could come next.
 struct Candidate {
@@ -88,6 +91,11 @@ class Search {
           report().reached_cents);
   }
 
+  void stop_at_unknowns() {
+    stop("max_unknowns", fmt::format("the next refinement needs more than the {} unknowns allowed",
+                                     target_.max_unknowns));
+  }
+
   /// Tries a setting, or notes why it cannot be had.
   void attempt(const mesh::MeshOptions& options) {
     const bool first = report().steps.empty();
@@ -100,11 +108,18 @@ class Search {
     } catch (const core::LimitError& error) {
       if (first) throw;
       // This costs little, and fewer elements will do.
-      if (++refused_ == 4) stop("max_elements", error.message());
+      if (++refused_ == most_refusals) stop("max_elements", error.message());
       return;
     } catch (const core::SolverError& error) {
       if (first) throw;
       stop("mesher", error.message());
+      return;
+    }
+    const double unknowns = 3.0 * static_cast<double>(mesh.mesh.nodes.size());
+    if (!first && unknowns > slack * static_cast<double>(target_.max_unknowns)) {
+      // Smaller sizes follow more of a surface's detail than sizes foretell.
+      excess_ = std::max(excess_, unknowns / planned_.unknowns());
+      if (++refused_ == most_refusals) stop_at_unknowns();
       return;
     }
     std::vector<modes::Modes> sets;
@@ -254,7 +269,8 @@ class Search {
                   target_.linear_solver == modes::LinearSolver::iterative
                       ? none
                       : static_cast<double>(target_.memory_limit),
-                  max_growth * relative_cost(best_), static_cast<double>(target_.max_unknowns)};
+                  max_growth * relative_cost(best_),
+                  static_cast<double>(target_.max_unknowns) / excess_};
     const Candidate* next = best_of(all, bounds, goal);
     if (next != nullptr && (next->error <= goal || next->error < 0.8 * reached)) return *next;
 
@@ -265,9 +281,7 @@ class Search {
     if (target_.fixed_mesh && all.empty()) {
       stop("order", "the given elements are of order 4, the highest, and cannot be refined");
     } else if (helps({bounds.elements, bounds.memory, bounds.cost, none})) {
-      stop("max_unknowns",
-           fmt::format("the next refinement needs more than the {} unknowns allowed",
-                       target_.max_unknowns));
+      stop_at_unknowns();
     } else if (helps({none, bounds.memory, bounds.cost, none})) {
       stop("max_elements",
            fmt::format("the next refinement needs more than the {} elements allowed",
@@ -302,6 +316,7 @@ class Search {
   int edge_layers_ = 0;     ///< of the next step
   int stuck_ = 0;           ///< steps in a row that gained nothing
   int refused_ = 0;         ///< settings that took more elements than predicted and allowed
+  double excess_ = 1;       ///< of the unknowns of such, over what was predicted
 };
 
 }  // namespace

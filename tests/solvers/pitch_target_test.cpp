@@ -410,6 +410,22 @@ TEST(PitchTarget, SizesThatGiveFewerElementsThanExpectedAreAskedSmaller) {
   EXPECT_GT(report.steps[1].worst_cents, first);
 }
 
+TEST(PitchTarget, MeshesLargerThanAllowedAreNotSolved) {
+  // Smaller sizes follow more of a scan's detail: ten times the elements that were expected.
+  Body body = tile(smooth(90));
+  const auto finer = [&body](MeshOptions options) {
+    if (options.element_size > 0) options.element_size *= 0.3;
+    return body.mesh_maker()(options);
+  };
+  const solvers::pitch::PitchReport report =
+      solvers::pitch::reach_pitch({.cents = 0.01, .max_unknowns = 60000}, finer, body.solver())
+          .report;
+  EXPECT_FALSE(report.met());
+  EXPECT_EQ(report.stopped_by, "max_unknowns");
+  EXPECT_GT(body.meshes, body.solves);
+  for (const solvers::pitch::PitchStep& step : report.steps) EXPECT_LE(step.unknowns, 75000);
+}
+
 TEST(PitchTarget, AFifthIsKeptForEstimates) {
   for (const auto& [worst, met] : {std::pair(3.9, true), std::pair(4.1, false)}) {
     Body body = tile(
