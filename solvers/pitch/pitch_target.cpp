@@ -91,6 +91,23 @@ class Search {
           report().reached_cents);
   }
 
+  void stop_without_progress() {
+    stop("no_progress",
+         fmt::format("two refinements did not bring the worst mode below {:.3g} cents",
+                     report().reached_cents));
+  }
+
+  /// The step that solved these elements already; null when there is none.
+  const PitchStep* step_with(const mesh::TetMesh& mesh) const {
+    const auto& steps = result_.report.steps;
+    const auto found = std::find_if(steps.begin(), steps.end(), [&mesh](const PitchStep& step) {
+      return step.order == mesh.order &&
+             step.elements == static_cast<std::int64_t>(mesh.element_count()) &&
+             step.unknowns == 3 * static_cast<std::int64_t>(mesh.nodes.size());
+    });
+    return found == steps.end() ? nullptr : &*found;
+  }
+
   void stop_at_unknowns() {
     stop("max_unknowns", fmt::format("the next refinement needs more than the {} unknowns allowed",
                                      target_.max_unknowns));
@@ -120,6 +137,13 @@ class Search {
       // Smaller sizes follow more of a surface's detail than sizes foretell.
       excess_ = std::max(excess_, unknowns / planned_.unknowns());
       if (++refused_ == most_refusals) stop_at_unknowns();
+      return;
+    }
+    if (const PitchStep* same = step_with(mesh.mesh); same != nullptr) {
+      // More layers than the elements bear were left out by the mesher.
+      edge_layers_ = same->edge_layers;
+      layers_end_ = true;
+      if (++refused_ == most_refusals) stop_without_progress();
       return;
     }
     std::vector<modes::Modes> sets;
@@ -179,9 +203,7 @@ class Search {
     }
     steps.push_back(step);
     if (!met() && stuck_ > 1) {
-      stop("no_progress",
-           fmt::format("two refinements did not bring the worst mode below {:.3g} cents",
-                       report().reached_cents));
+      stop_without_progress();
     } else if (!met() && steps.size() == max_steps) {
       stop("steps", fmt::format("{} settings were tried", max_steps));
     }
@@ -198,12 +220,15 @@ class Search {
     if (promised < 0.2) return;
     stuck_ = now > min_gain * before ? stuck_ + 1 : 0;
     const double gained = now > 0 ? std::log(before / now) : promised;
-    if (gained < poor_gain * promised && has_edges_ && edge_layers_ < most_edge_layers) {
+    if (gained < poor_gain * promised && has_edges_ && !layers_end_ &&
+        edge_layers_ < most_edge_layers) {
       ++edge_layers_;
       return;
     }
     trust_ = std::clamp(trust_ * gained / promised, 0.15, 1.0);
   }
+
+  const PitchStep& best_step() const { return result_.report.steps[result_.report.chosen]; }
 
   /// The error of another order and size than the best's, whose error is `reached` [cent].
   double predicted(double reached, int order, double size_factor) const {
@@ -222,7 +247,10 @@ class Search {
         c.options = target_.start;
         c.options.order = order;
         c.options.edge_layers = edge_layers_;
-        if (!target_.fixed_mesh) c.options.element_size = asked_size_ * factor;
+        // The automatic size again: it passes over detail that a size would follow.
+        const bool automatic = k == 0 && best_step().automatic_size;
+        if (!target_.fixed_mesh)
+          c.options.element_size = automatic ? target_.start.element_size : asked_size_ * factor;
         c.size = resized(best_, order, factor);
         c.error = predicted(reached, order, factor);
         c.cost = relative_cost(c.size);
@@ -235,7 +263,8 @@ class Search {
     const auto& steps = result_.report.steps;
     return std::any_of(steps.begin(), steps.end(), [&](const PitchStep& step) {
       return step.order == options.order && step.edge_layers == options.edge_layers &&
-             (target_.fixed_mesh || std::abs(step.element_size / options.element_size - 1) < 0.02);
+             (target_.fixed_mesh || (options.element_size <= 0 && step.automatic_size) ||
+              std::abs(step.element_size / options.element_size - 1) < 0.02);
     });
   }
 
@@ -314,6 +343,7 @@ class Search {
   bool was_empty_ = false;  ///< the last step found no mode
   bool has_edges_ = false;  ///< that layers help
   int edge_layers_ = 0;     ///< of the next step
+  bool layers_end_ = false;  ///< more of them are left out
   int stuck_ = 0;           ///< steps in a row that gained nothing
   int refused_ = 0;         ///< settings that took more elements than predicted and allowed
   double excess_ = 1;       ///< of the unknowns of such, over what was predicted
