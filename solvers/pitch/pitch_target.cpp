@@ -336,17 +336,17 @@ class Search {
   const MeshMaker& make_mesh_;
   const ModeSolver& solve_;
   PitchResult result_;
-  MeshSize best_;           ///< mesh of the best step
-  double asked_size_ = 0;   ///< and the size it was asked with
-  MeshSize planned_;        ///< what the step under way was expected to give
-  double trust_ = 1;        ///< fraction of a predicted gain (in logarithms) that comes true
-  bool was_empty_ = false;  ///< the last step found no mode
-  bool has_edges_ = false;  ///< that layers help
-  int edge_layers_ = 0;     ///< of the next step
+  MeshSize best_;            ///< mesh of the best step
+  double asked_size_ = 0;    ///< and the size it was asked with
+  MeshSize planned_;         ///< what the step under way was expected to give
+  double trust_ = 1;         ///< fraction of a predicted gain (in logarithms) that comes true
+  bool was_empty_ = false;   ///< the last step found no mode
+  bool has_edges_ = false;   ///< that layers help
+  int edge_layers_ = 0;      ///< of the next step
   bool layers_end_ = false;  ///< more of them are left out
-  int stuck_ = 0;           ///< steps in a row that gained nothing
-  int refused_ = 0;         ///< settings that took more elements than predicted and allowed
-  double excess_ = 1;       ///< of the unknowns of such, over what was predicted
+  int stuck_ = 0;            ///< steps in a row that gained nothing
+  int refused_ = 0;          ///< settings that took more elements than predicted and allowed
+  double excess_ = 1;        ///< of the unknowns of such, over what was predicted
 };
 
 }  // namespace
