@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
 #include <numbers>
 #include <set>
@@ -22,24 +23,15 @@ namespace {
 /// smooth enough as they are [rad].
 constexpr double graded_turn = 40 * std::numbers::pi / 180;
 
-/// Lines of edges that reach less far than this part of the median element, spikes of a scan, say,
-/// hold less of a mode than its elements leave out.
-constexpr double least_reach = 0.2;
+/// Lines of edges whose extent is below this part of a median element's side, spikes of a scan,
+/// say, hold less of a mode than its elements leave out.
+constexpr double min_extent_ratio = 0.2;
 
-/// The median of the elements' longest sides [m].
+/// The side of a regular tetrahedron of the median volume [m].
 double median_side(const TetMesh& mesh) {
-  std::vector<double> sides;
-  for (std::size_t e = 0; e < mesh.element_count(); ++e) {
-    double longest = 0;
-    for (std::size_t i = 0; i < 4; ++i)
-      for (std::size_t j = 0; j < i; ++j) {
-        const Vec3& a = mesh.nodes[static_cast<std::size_t>(mesh.element(e)[i])];
-        const Vec3& b = mesh.nodes[static_cast<std::size_t>(mesh.element(e)[j])];
-        longest = std::max(longest, (a - b).norm());
-      }
-    sides.push_back(longest);
-  }
-  return core::median(std::move(sides));
+  std::vector<double> volumes;
+  for (std::size_t e = 0; e < mesh.element_count(); ++e) volumes.push_back(six_volumes(mesh, e));
+  return std::cbrt(std::numbers::sqrt2 * core::median(std::move(volumes)));
 }
 
 /// The inward edges that layers follow.
@@ -54,13 +46,13 @@ std::vector<InwardEdge> graded_edges(const TetMesh& mesh) {
   const auto line_of = [&lines](const InwardEdge& edge) {
     return lines.find(static_cast<std::size_t>(edge.from));
   };
-  std::map<std::size_t, Eigen::AlignedBox3d> reach;
+  std::map<std::size_t, Eigen::AlignedBox3d> extents;
   for (const InwardEdge& edge : edges)
     for (const std::int32_t n : {edge.from, edge.to})
-      reach[line_of(edge)].extend(mesh.nodes[static_cast<std::size_t>(n)]);
-  const double least = least_reach * median_side(mesh);
+      extents[line_of(edge)].extend(mesh.nodes[static_cast<std::size_t>(n)]);
+  const double min_extent = min_extent_ratio * median_side(mesh);
   std::erase_if(edges, [&](const InwardEdge& edge) {
-    return reach.at(line_of(edge)).diagonal().norm() < least;
+    return extents.at(line_of(edge)).diagonal().norm() < min_extent;
   });
   return edges;
 }

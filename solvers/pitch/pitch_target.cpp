@@ -38,12 +38,13 @@ constexpr double poor_gain = 0.6;
 constexpr int most_edge_layers = 4;
 /// Meshes that come out larger than the unknowns allowed by more than this are not solved.
 constexpr double slack = 1.25;
-constexpr int most_refusals = 4;
+constexpr int max_refusals = 4;
 
 /// A setting that could come next.
 struct Candidate {
   mesh::MeshOptions options;
   MeshSize size;
+  double unknowns;
   double error;  ///< predicted [cent]
   double cost;
 };
@@ -125,7 +126,8 @@ class Search {
     } catch (const core::LimitError& error) {
       if (first) throw;
       // This costs little, and fewer elements will do.
-      if (++refused_ == most_refusals) stop("max_elements", error.message());
+      element_share_ /= 2;
+      if (++refused_ == max_refusals) stop("max_elements", error.message());
       return;
     } catch (const core::SolverError& error) {
       if (first) throw;
@@ -136,14 +138,14 @@ class Search {
     if (!first && unknowns > slack * static_cast<double>(target_.max_unknowns)) {
       // Smaller sizes follow more of a surface's detail than sizes foretell.
       excess_ = std::max(excess_, unknowns / planned_.unknowns());
-      if (++refused_ == most_refusals) stop_at_unknowns();
+      if (++refused_ == max_refusals) stop_at_unknowns();
       return;
     }
     if (const PitchStep* same = step_with(mesh.mesh); same != nullptr) {
       // More layers than the elements bear were left out by the mesher.
+      layers_end_ = layers_end_ || options.edge_layers > same->edge_layers;
       edge_layers_ = same->edge_layers;
-      layers_end_ = true;
-      if (++refused_ == most_refusals) stop_without_progress();
+      if (++refused_ == max_refusals) stop_without_progress();
       return;
     }
     std::vector<modes::Modes> sets;
@@ -252,6 +254,7 @@ class Search {
         if (!target_.fixed_mesh)
           c.options.element_size = automatic ? target_.start.element_size : asked_size_ * factor;
         c.size = resized(best_, order, factor);
+        c.unknowns = c.size.unknowns() * (automatic ? 1 : excess_);
         c.error = predicted(reached, order, factor);
         c.cost = relative_cost(c.size);
         if (!was_tried(c.options)) all.push_back(c);
@@ -274,7 +277,7 @@ class Search {
     const Candidate* best = nullptr;
     for (const Candidate& c : all) {
       if (c.size.elements > bounds.elements || factor_memory(c.size) > bounds.memory ||
-          c.cost > bounds.cost || c.size.unknowns() > bounds.unknowns)
+          c.cost > bounds.cost || c.unknowns > bounds.unknowns)
         continue;
       if (best == nullptr || is_better(c, *best, goal)) best = &c;
     }
@@ -294,12 +297,11 @@ class Search {
     constexpr double none = 1e300;
     // Meshers end up to a tenth above what is asked for, and more where a wall takes a second
     // layer.
-    Bounds bounds{0.9 * std::pow(0.5, refused_) * static_cast<double>(target_.start.max_elements),
+    Bounds bounds{0.9 * element_share_ * static_cast<double>(target_.start.max_elements),
                   target_.linear_solver == modes::LinearSolver::iterative
                       ? none
                       : static_cast<double>(target_.memory_limit),
-                  max_growth * relative_cost(best_),
-                  static_cast<double>(target_.max_unknowns) / excess_};
+                  max_growth * relative_cost(best_), static_cast<double>(target_.max_unknowns)};
     const Candidate* next = best_of(all, bounds, goal);
     if (next != nullptr && (next->error <= goal || next->error < 0.8 * reached)) return *next;
 
@@ -336,17 +338,18 @@ class Search {
   const MeshMaker& make_mesh_;
   const ModeSolver& solve_;
   PitchResult result_;
-  MeshSize best_;            ///< mesh of the best step
-  double asked_size_ = 0;    ///< and the size it was asked with
-  MeshSize planned_;         ///< what the step under way was expected to give
-  double trust_ = 1;         ///< fraction of a predicted gain (in logarithms) that comes true
-  bool was_empty_ = false;   ///< the last step found no mode
-  bool has_edges_ = false;   ///< that layers help
-  int edge_layers_ = 0;      ///< of the next step
-  bool layers_end_ = false;  ///< more of them are left out
-  int stuck_ = 0;            ///< steps in a row that gained nothing
-  int refused_ = 0;          ///< settings that took more elements than predicted and allowed
-  double excess_ = 1;        ///< of the unknowns of such, over what was predicted
+  MeshSize best_;             ///< mesh of the best step
+  double asked_size_ = 0;     ///< and the size it was asked with
+  MeshSize planned_;          ///< what the step under way was expected to give
+  double trust_ = 1;          ///< fraction of a predicted gain (in logarithms) that comes true
+  bool was_empty_ = false;    ///< the last step found no mode
+  bool has_edges_ = false;    ///< that layers help
+  int edge_layers_ = 0;       ///< of the next step
+  bool layers_end_ = false;   ///< more of them are left out
+  int stuck_ = 0;             ///< steps in a row that gained nothing
+  int refused_ = 0;           ///< settings whose elements were not solved
+  double element_share_ = 1;  ///< of the elements allowed that sizes may foretell
+  double excess_ = 1;         ///< of the unknowns of such, over what was predicted
 };
 
 }  // namespace

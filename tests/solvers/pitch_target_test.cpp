@@ -5,6 +5,8 @@
 #include <rapidcheck.h>
 
 #include <cmath>
+#include <set>
+#include <utility>
 
 #include "core/error.hpp"
 #include "family_shapes.hpp"
@@ -76,48 +78,6 @@ Body block(ErrorModel errors) {
           0,
           0,
           {}};
-}
-
-TEST(PitchModel, CountsUnknownsOfEveryOrderExactly) {
-  for (const char* family : {"tile", "block", "tube", "bowl"}) {
-    const auto shape = shape_at(find_family(family));
-    const solvers::pitch::MeshSize size = solvers::pitch::size_of(mesh_of(shape, 2, 0.05).mesh);
-    for (int order = 1; order <= 4; ++order) {
-      // Holes aside, which Euler's formula leaves out: a tube has one.
-      const double slack = std::string(family) == "tube" ? 3.0 * (order - 1) : 0;
-      EXPECT_NEAR(solvers::pitch::resized(size, order, 1).unknowns(),
-                  3.0 * static_cast<double>(mesh_of(shape, order, 0.05).mesh.nodes.size()), slack)
-          << family << " " << order;
-    }
-  }
-}
-
-TEST(PitchModel, FollowsRefinement) {
-  for (const char* family : {"tile", "block", "tube"}) {
-    const auto shape = shape_at(find_family(family));
-    const solvers::pitch::MeshSize coarse = solvers::pitch::size_of(mesh_of(shape, 3, 0.04).mesh);
-    const solvers::pitch::MeshSize fine = solvers::pitch::size_of(mesh_of(shape, 3, 0.02).mesh);
-    const solvers::pitch::MeshSize predicted =
-        solvers::pitch::resized(coarse, 3, fine.element_size / coarse.element_size);
-    EXPECT_NEAR(std::log(predicted.unknowns() / fine.unknowns()), 0, 0.5) << family;
-    EXPECT_GT(solvers::pitch::relative_cost(fine), 2 * solvers::pitch::relative_cost(coarse))
-        << family;
-    EXPECT_GT(solvers::pitch::factor_memory(fine), 2 * solvers::pitch::factor_memory(coarse))
-        << family;
-  }
-  // Figures of a cube 50^3 (398k unknowns, 5.3 GB) and a plate 150 x 150 x 4 (342k, 1.5 GB).
-  EXPECT_NEAR(solvers::pitch::factor_memory(
-                  {1, 0.02 * std::sqrt(3), 0, 398e3 / 3, 0, 0, 51 * 0.01 * std::sqrt(3)}),
-              5.3e9, 0.5 * 5.3e9);
-  EXPECT_NEAR(solvers::pitch::factor_memory({1, 0.02, 0, 342e3 / 3, 0, 0, 0.04}), 1.5e9, 0.1e9);
-}
-
-TEST(PitchModel, ErrorsFallWithTheRateOfTheOrder) {
-  for (int p = 1; p <= 4; ++p) {
-    EXPECT_NEAR(solvers::pitch::predicted_error(10, p, p, 1), 10, 1e-9);
-    EXPECT_NEAR(solvers::pitch::predicted_error(10, p, p, 0.5), 10 * std::pow(0.5, 2 * p), 1e-9);
-    EXPECT_LT(solvers::pitch::predicted_error(10, p, p + 1, 1), 10);
-  }
 }
 
 TEST(PitchTarget, AFirstSettingGoodEnoughIsKept) {
@@ -423,7 +383,36 @@ TEST(PitchTarget, MeshesLargerThanAllowedAreNotSolved) {
   EXPECT_FALSE(report.met());
   EXPECT_EQ(report.stopped_by, "max_unknowns");
   EXPECT_GT(body.meshes, body.solves);
+  // The automatic size has the elements that it had, at any order.
+  ASSERT_GE(report.steps.size(), 2u);
+  EXPECT_TRUE(report.steps[1].automatic_size);
+  EXPECT_EQ(report.steps[1].order, 4);
   for (const solvers::pitch::PitchStep& step : report.steps) EXPECT_LE(step.unknowns, 75000);
+}
+
+TEST(PitchTarget, ElementsAreNotSolvedTwice) {
+  // Inward edges hold the search up, but the mesher leaves out the layers that would help.
+  int solves = 0;
+  const auto make_mesh = [](MeshOptions options) {
+    options.element_size = 0;
+    return solvers::families::mesh_family(shape_at(find_family("box")), options);
+  };
+  const auto solve = [&solves](const MeshResult& made) {
+    ++solves;
+    solvers::modes::Modes modes;
+    modes.pitch_errors = {50.0 - made.mesh.order};
+    modes.eigenvalues = {1e8};
+    modes.certificate.unknowns = 3 * static_cast<std::int64_t>(made.mesh.nodes.size());
+    return std::vector<solvers::modes::Modes>{modes};
+  };
+  const auto report = solvers::pitch::reach_pitch({.cents = 1}, make_mesh, solve).report;
+  EXPECT_FALSE(report.met());
+  EXPECT_EQ(solves, static_cast<int>(report.steps.size()));
+  std::set<std::pair<int, std::int64_t>> solved;
+  for (const solvers::pitch::PitchStep& step : report.steps)
+    EXPECT_TRUE(solved.insert({step.order, step.elements}).second)
+        << "order " << step.order << ", " << step.elements << " elements, " << step.edge_layers
+        << " layers";
 }
 
 TEST(PitchTarget, AFifthIsKeptForEstimates) {

@@ -98,7 +98,7 @@ mesh::MeshResult mesh_of_surface(const mesh::MeshRequest& request) {
 /// elements serve as well.
 constexpr double max_layer_growth = 2.5;
 /// Of a mesh that is fine already, as of a scan, layers may add so many elements, or this share.
-constexpr double layers_are_cheap = 6000, fine_layer_share = 0.3;
+constexpr double max_added_elements = 6000, max_added_share = 0.3;
 
 /// Puts thin layers at inward edges, as many as are asked for and have room. The elements' shapes
 /// are judged without: layers are thin on purpose.
@@ -106,7 +106,7 @@ void add_edge_layers(mesh::MeshResult& result, const mesh::MeshOptions& options)
   const auto before = static_cast<double>(result.mesh.element_count());
   const double most =
       std::min({static_cast<double>(options.max_elements), max_layer_growth * before,
-                before + std::max(layers_are_cheap, fine_layer_share * before)});
+                before + std::max(max_added_elements, max_added_share * before)});
   for (int layers = options.edge_layers; layers > 0; --layers) {
     mesh::TetMesh graded = mesh::grade_to_edges(result.mesh, layers);
     const auto count = static_cast<std::int64_t>(graded.element_count());

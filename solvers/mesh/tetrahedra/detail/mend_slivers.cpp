@@ -43,22 +43,17 @@ double worst_sine(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
   return worst;
 }
 
-constexpr std::int32_t new_node = -1;
-
 /// A hole in the mesh and the point that fills it.
 struct Star {
   Elements removed;
   std::vector<std::array<std::int32_t, 3>> faces;  ///< of the hole, seen from outside
-  std::int32_t node = new_node;                    ///< of the mesh, or the centre
-  Vec3 centre = Vec3::Zero();
+  Vec3 centre = Vec3::Constant(0);
   double worst = -1;  ///< sine
 };
 
 class Mender {
  public:
-  explicit Mender(TetMesh& mesh)
-      : mesh_(mesh), around_(mesh.nodes.size()), fixed_(mesh.nodes.size()) {
-    for (const std::int32_t n : mesh.faces) fixed_[static_cast<std::size_t>(n)] = true;
+  explicit Mender(TetMesh& mesh) : mesh_(mesh), around_(mesh.nodes.size()) {
     for (std::size_t e = 0; e < mesh.element_count(); ++e) {
       Corners corners;
       std::copy_n(mesh.element(e).begin(), 4, corners.begin());
@@ -67,7 +62,8 @@ class Mender {
   }
 
   void run() {
-    constexpr int rounds = 8;
+    constexpr int rounds = 3;
+    const std::size_t given = elements_.size();
     for (int round = 0; round < rounds; ++round) {
       std::vector<std::pair<double, std::size_t>> flat;
       for (std::size_t e = 0; e < elements_.size(); ++e)
@@ -78,7 +74,7 @@ class Mender {
         if (alive_[e] && mend(e)) changed = true;
       if (!changed) break;
     }
-    if (std::find(alive_.begin(), alive_.end(), false) != alive_.end()) write_back();
+    if (elements_.size() > given) write_back();
   }
 
  private:
@@ -136,71 +132,14 @@ class Mender {
       Star star = filled(std::move(hole));
       if (star.worst > best.worst) best = std::move(star);
     }
-    for (const std::int32_t n : elements_[e])
-      for (const std::int32_t other : elements_[e]) {
-        if (n == other || fixed_[static_cast<std::size_t>(n)]) continue;
-        Star star = without(n, other);
-        if (star.worst > best.worst) best = std::move(star);
-      }
     if (!(best.worst > gain * worst_[e])) return false;
-    std::int32_t centre = best.node;
+    const auto centre = static_cast<std::int32_t>(mesh_.nodes.size());
     const std::int32_t region = regions_[e];
-    if (centre == new_node) {
-      centre = static_cast<std::int32_t>(mesh_.nodes.size());
-      mesh_.nodes.push_back(best.centre);
-      around_.emplace_back();
-      fixed_.push_back(false);
-    }
+    mesh_.nodes.push_back(best.centre);
+    around_.emplace_back();
     for (const std::size_t gone : best.removed) remove(gone);
     for (const auto& f : best.faces) add({f[0], f[2], f[1], centre}, region);
     return true;
-  }
-
-  /// The faces of a hole; a volume of -1 where it lies in two regions.
-  double open(Star& star) const {
-    const std::int32_t region = regions_[*star.removed.begin()];
-    double volume = 0;
-    for (const std::size_t e : star.removed) {
-      if (regions_[e] != region) return -1;
-      const Corners& c = elements_[e];
-      volume += six_volumes(at(c[0]), at(c[1]), at(c[2]), at(c[3]));
-      for (const auto& f : outward_faces) {
-        const std::array<std::int32_t, 3> face{c[f[0]], c[f[1]], c[f[2]]};
-        if (!in_hole(face, star.removed, e)) star.faces.push_back(face);
-      }
-    }
-    return volume;
-  }
-
-  double worst_about(const Star& star, const Vec3& centre) const {
-    double worst = std::numeric_limits<double>::infinity();
-    for (const auto& f : star.faces)
-      worst = std::min(worst, worst_sine(at(f[0]), at(f[2]), at(f[1]), centre));
-    return worst;
-  }
-
-  /// The star fills its hole when nothing of it is inside out.
-  void judge(Star& star, double volume, double worst) const {
-    double filled = 0;
-    for (const auto& f : star.faces)
-      filled += six_volumes(at(f[0]), at(f[2]), at(f[1]), star.centre);
-    if (worst > 0 && std::abs(filled - volume) <= 1e-9 * volume) star.worst = worst;
-  }
-
-  /// What is left when a node inside the mesh falls on a neighbour; a worst of -1 when that turns
-  /// an element over.
-  Star without(std::int32_t gone, std::int32_t neighbour) const {
-    Star star;
-    star.removed = around_[static_cast<std::size_t>(gone)];
-    const double volume = open(star);
-    if (volume < 0) return star;
-    std::erase_if(star.faces, [&](const std::array<std::int32_t, 3>& face) {
-      return std::find(face.begin(), face.end(), neighbour) != face.end();
-    });
-    star.node = neighbour;
-    star.centre = at(neighbour);
-    judge(star, volume, worst_about(star, star.centre));
-    return star;
   }
 
   /// The hole's star about the point where its worst element is best; a worst of -1 when the hole
@@ -208,23 +147,37 @@ class Mender {
   Star filled(Elements hole) const {
     Star star;
     star.removed = std::move(hole);
-    const double volume = open(star);
-    if (volume < 0) return star;
+    const std::int32_t region = regions_[*star.removed.begin()];
     std::set<std::int32_t> corners;
-    for (const auto& face : star.faces) corners.insert(face.begin(), face.end());
-    double longest = 0;
+    double volume = 0, longest = 0;
+    for (const std::size_t e : star.removed) {
+      if (regions_[e] != region) return star;
+      const Corners& c = elements_[e];
+      volume += six_volumes(at(c[0]), at(c[1]), at(c[2]), at(c[3]));
+      corners.insert(c.begin(), c.end());
+      for (const auto& f : outward_faces) {
+        const std::array<std::int32_t, 3> face{c[f[0]], c[f[1]], c[f[2]]};
+        if (!in_hole(face, star.removed, e)) star.faces.push_back(face);
+      }
+    }
     Vec3 centre = Vec3::Zero();
     for (const std::int32_t n : corners) centre += at(n) / static_cast<double>(corners.size());
     for (const std::int32_t n : corners) longest = std::max(longest, (at(n) - centre).norm());
+    const auto worst_at = [&](const Vec3& p) {
+      double worst = std::numeric_limits<double>::infinity();
+      for (const auto& f : star.faces)
+        worst = std::min(worst, worst_sine(at(f[0]), at(f[2]), at(f[1]), p));
+      return worst;
+    };
     // A search by steps that halve: the worst sine has kinks.
-    double worst = worst_about(star, centre);
+    double worst = worst_at(centre);
     for (double step = 0.3 * longest; step > 0.01 * longest;) {
       Vec3 next = centre;
       for (Eigen::Index axis = 0; axis < 3; ++axis)
         for (const double way : {-step, step}) {
           Vec3 p = centre;
           p[axis] += way;
-          const double there = worst_about(star, p);
+          const double there = worst_at(p);
           if (there <= worst) continue;
           worst = there;
           next = p;
@@ -232,8 +185,12 @@ class Mender {
       if (next == centre) step /= 2;
       centre = next;
     }
+    // The star fills the hole when nothing of it is inside out.
+    double filled = 0;
+    for (const auto& f : star.faces) filled += six_volumes(at(f[0]), at(f[2]), at(f[1]), centre);
+    if (worst <= 0 || std::abs(filled - volume) > 1e-9 * volume) return star;
     star.centre = centre;
-    judge(star, volume, worst);
+    star.worst = worst;
     return star;
   }
 
@@ -261,7 +218,6 @@ class Mender {
 
   TetMesh& mesh_;
   std::vector<Elements> around_;  ///< of each node
-  std::vector<bool> fixed_;       ///< nodes of the boundary
   std::vector<Corners> elements_;
   std::vector<std::int32_t> regions_;
   std::vector<bool> alive_;
