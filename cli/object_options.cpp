@@ -143,7 +143,8 @@ void add_object_options(Command& command, ObjectOptions& options) {
       .show_default("5");
   command
       .option("--max-unknowns", options.max_unknowns,
-              "of refinements for --pitch-cents: those that take more are left out")
+              "of refinements for --pitch-cents: those that take more are left out, and a first "
+              "setting above it is solved at order 2")
       .range(1, 1000000000)
       .show_default("120000");
   command

@@ -135,7 +135,14 @@ class Search {
       return;
     }
     const double unknowns = 3.0 * static_cast<double>(mesh.mesh.nodes.size());
-    if (!first && unknowns > slack * static_cast<double>(target_.max_unknowns)) {
+    const bool too_large = unknowns > slack * static_cast<double>(target_.max_unknowns);
+    if (first && too_large && options.order > 2 && !target_.fixed_mesh) {
+      // Detail may take so many elements that their order is all that can be spared.
+      mesh::MeshOptions lower = options;
+      --lower.order;
+      return attempt(lower);
+    }
+    if (!first && too_large) {
       // Smaller sizes follow more of a surface's detail than sizes foretell.
       excess_ = std::max(excess_, unknowns / planned_.unknowns());
       if (++refused_ == max_refusals) stop_at_unknowns();

@@ -32,7 +32,8 @@ struct PitchTarget {
   bool fixed_mesh = false;       ///< elements are given (an MSH file): only their order can rise
   modes::LinearSolver linear_solver = modes::LinearSolver::automatic;
   std::int64_t memory_limit = 16ll << 30;  ///< of a direct factor [byte]
-  std::int64_t max_unknowns = std::numeric_limits<std::int64_t>::max();  ///< of later settings
+  /// Of all settings but the first, whose order alone is lowered for them.
+  std::int64_t max_unknowns = std::numeric_limits<std::int64_t>::max();
 };
 
 /// One setting that was tried.

@@ -46,6 +46,8 @@ def processor_seconds():
 class FolderTest(unittest.TestCase):
     """A test with a folder of its own and a cache in it."""
 
+    maxDiff = None
+
     @classmethod
     def setUpClass(cls):
         cls._folder = tempfile.TemporaryDirectory()

@@ -390,6 +390,25 @@ TEST(PitchTarget, MeshesLargerThanAllowedAreNotSolved) {
   for (const solvers::pitch::PitchStep& step : report.steps) EXPECT_LE(step.unknowns, 75000);
 }
 
+TEST(PitchTarget, AFirstSettingAboveTheUnknownsAllowedIsSolvedAtALowerOrder) {
+  const auto reach = [](const MeshOptions& start, std::int64_t max_unknowns) {
+    Body body = tile(smooth(90));
+    return body.reach({.cents = 0.1, .start = start, .max_unknowns = max_unknowns}).report;
+  };
+  const auto first = [](const solvers::pitch::PitchReport& report) { return report.steps.front(); };
+  MeshOptions start;
+  start.element_size = 0.01;
+  const std::int64_t third = first(reach(start, 1'000'000)).unknowns;
+  EXPECT_EQ(first(reach(start, third)).order, 3);
+  const solvers::pitch::PitchReport lower = reach(start, third / 2);
+  EXPECT_EQ(first(lower).order, 2);
+  EXPECT_LT(first(lower).unknowns, third / 2);
+  // The lowest order is solved whatever it takes: something has to be.
+  EXPECT_EQ(first(reach(start, third / 10)).order, 2);
+  start.order = 4;
+  EXPECT_EQ(first(reach(start, third)).order, 3);
+}
+
 TEST(PitchTarget, ElementsAreNotSolvedTwice) {
   // Inward edges hold the search up, but the mesher leaves out the layers that would help.
   int solves = 0;

@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <utility>
 
 #include "core/error.hpp"
@@ -106,6 +108,18 @@ MeshResult fit_to_surface(const TetMesh& linear, const SurfaceMesh& surface,
   return result;
 }
 
+/// Elements with angles that small are mended where their surface has none.
+constexpr double small_angle_deg = 3;
+
+/// What a try is worth: the surface kept, no slivers, small distance.
+bool is_better(const MeshQuality& one, const MeshQuality& other, double longest) {
+  const auto rank = [longest](const MeshQuality& quality) {
+    return std::tuple(follows_surface(quality, longest),
+                      std::min(quality.min_dihedral_deg, small_angle_deg), -quality.hausdorff);
+  };
+  return rank(one) > rank(other);
+}
+
 void check_bound(const TetMesh& mesh, double edge, const MeshOptions& options) {
   const auto count = static_cast<std::int64_t>(mesh.element_count());
   if (count <= options.max_elements) return;
@@ -128,8 +142,10 @@ MeshResult tetrahedralise(const SurfaceMesh& surface, const MeshOptions& options
   // Chords of a thin wall's two sides may cross, and limbs be cut off; smaller triangles keep them
   // apart and follow them. The last resort is the surface as it came.
   constexpr int tries = 4;
+  const bool sharp = field.sharpest_edge < small_angle_deg * std::numbers::pi / 180;
+  int tries_with_slivers = 0;
   std::string reason;
-  std::optional<MeshResult> nearest;
+  std::optional<MeshResult> best;
   for (int attempt = 0; attempt < tries; ++attempt) {
     if (field.tetrahedra(plan.coarsest, no_limit) > static_cast<double>(options.max_elements))
       break;
@@ -138,19 +154,21 @@ MeshResult tetrahedralise(const SurfaceMesh& surface, const MeshOptions& options
       check_bound(linear, plan.coarsest, options);
       MeshResult made = fit_to_surface(linear, surface, search, lines, options.order);
       const bool near = follows_surface(made.quality, longest);
-      if (!nearest || made.quality.hausdorff < nearest->quality.hausdorff)
-        nearest = std::move(made);
-      if (near) break;
+      const bool slivers = !sharp && made.quality.min_dihedral_deg < small_angle_deg;
+      if (!best || is_better(made.quality, best->quality, longest)) best = std::move(made);
+      // Chords that nearly cross leave flat elements; where smaller ones do too, it is not for that.
+      if (near && (!slivers || ++tries_with_slivers == 2)) break;
     } catch (const core::LimitError&) {
-      if (nearest) break;
+      if (best) break;
       throw;
     } catch (const core::SolverError& error) {
+      if (tries_with_slivers > 0) break;
       if (reason.empty()) reason = error.message();
     }
     plan.coarsest *= 0.7;
     plan.relax = std::max(1.0, 0.6 * plan.relax);
   }
-  if (nearest) return std::move(*nearest);
+  if (best) return std::move(*best);
   // Its triangles alone may be too many.
   if (1.2 * static_cast<double>(surface.triangles.size()) >
       static_cast<double>(options.max_elements))

@@ -64,6 +64,7 @@ SizeField measure_sizes(const SurfaceMesh& surface, const SurfaceSearch& search)
       if (across[t][i] < 0) continue;
       const auto other = static_cast<std::size_t>(across[t][i]);
       const double angle = angle_between(normal[t], normal[other]);
+      field.sharpest_edge = std::min(field.sharpest_edge, std::numbers::pi - angle);
       if (angle > feature) continue;
       const double edge =
           (surface.vertices[static_cast<std::size_t>(surface.triangles[t][i])] -

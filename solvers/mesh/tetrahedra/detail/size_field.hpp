@@ -1,5 +1,6 @@
 #pragma once
 
+#include <numbers>
 #include <vector>
 
 #include "solvers/mesh/tetrahedra/detail/surface_search.hpp"
@@ -13,6 +14,8 @@ struct SizeField {
   std::vector<double> radius;     ///< of the tighter curvature, features left out [m]
   double volume = 0;              ///< enclosed [m^3]
   double total_area = 0;          ///< [m^2]
+  /// Smallest angle between two faces, on whichever side [rad].
+  double sharpest_edge = std::numbers::pi;
 
   /// Edge [m] that follows the surface here: 10 times the wall, 30 degrees of bending and a sagitta
   /// of a third of the wall, for a surface taken to bend `relax` times less than measured;
