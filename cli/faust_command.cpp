@@ -97,13 +97,13 @@ PointModes modes_at(const scene::SolvedObject& object, std::span<const double> r
 }
 
 /// The loudest modes, in the order of their frequencies.
-std::vector<std::size_t> loudest(std::span<const double> loudness, std::size_t most) {
+std::vector<std::size_t> loudest(std::span<const double> loudness, std::size_t maximum) {
   std::vector<std::size_t> order(loudness.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  if (most == 0 || most >= order.size()) return order;
+  if (maximum == 0 || maximum >= order.size()) return order;
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return loudness[a] > loudness[b]; });
-  order.resize(most);
+  order.resize(maximum);
   std::sort(order.begin(), order.end());
   return order;
 }

@@ -29,8 +29,13 @@ struct FitCommandOptions {
 };
 
 std::vector<Estimator> estimators_of(const std::string& word) {
-  if (word != "all") return {eval::damping::estimator_named(word)};
-  return {std::begin(eval::damping::all_estimators), std::end(eval::damping::all_estimators)};
+  if (word == "all")
+    return {std::begin(eval::damping::all_estimators), std::end(eval::damping::all_estimators)};
+  try {
+    return {eval::damping::estimator_named(word)};
+  } catch (const core::InputError& error) {
+    throw core::InputError(error.message(), error.hint() + " or all");
+  }
 }
 
 std::vector<eval::damping::FitSource> read_sources(const FitCommandOptions& options) {

@@ -97,8 +97,8 @@ CsvTable read_csv(const std::filesystem::path& path, char comment) {
     } catch (const InputError& error) {
       throw InputError(fmt::format("{}: {}", row.place, error.message()), error.hint());
     }
-    const std::size_t least = std::max<std::size_t>(1, table.head.cells.size());
-    while (row.cells.size() > least && row.cells.back().empty()) row.cells.pop_back();
+    const std::size_t minimum = std::max<std::size_t>(1, table.head.cells.size());
+    while (row.cells.size() > minimum && row.cells.back().empty()) row.cells.pop_back();
     if (table.head.cells.empty()) {
       table.head = std::move(row);
     } else {

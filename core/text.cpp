@@ -34,8 +34,8 @@ std::vector<std::pair<std::string, std::string>> parse_assignments(const std::st
 }
 
 std::int64_t whole_bytes(double bytes) {
-  constexpr double most = static_cast<double>(1ll << 60);
-  if (!(bytes >= 1 && bytes <= most)) {
+  constexpr double maximum = static_cast<double>(1ll << 60);
+  if (!(bytes >= 1 && bytes <= maximum)) {
     throw InputError(fmt::format("{:.6g} B is no limit of memory", bytes),
                      "it lies between 1 B and 2^60 B; write a unit, as in 16 GiB");
   }

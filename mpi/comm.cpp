@@ -127,13 +127,13 @@ std::pair<std::string, int> agree_once(MPI_Comm comm, const std::exception_ptr& 
                                        double timeout) {
   const int ranks = size(comm);
   const std::array<int, 2> here{error ? rank(comm) : ranks, level};
-  std::array<int, 2> least{};
+  std::array<int, 2> minimum{};
   MPI_Request request = MPI_REQUEST_NULL;
-  MPI_Iallreduce(here.data(), least.data(), 2, MPI_INT, MPI_MIN, comm, &request);
+  MPI_Iallreduce(here.data(), minimum.data(), 2, MPI_INT, MPI_MIN, comm, &request);
   if (!wait_idly(request, timeout)) leave_the_others(rank(comm), error);
-  if (least[0] == ranks) return {"", least[1]};
-  const std::string record = here[0] == least[0] ? to_record(describe(error)) : std::string();
-  return {broadcast(record, least[0], comm), least[1]};
+  if (minimum[0] == ranks) return {"", minimum[1]};
+  const std::string record = here[0] == minimum[0] ? to_record(describe(error)) : std::string();
+  return {broadcast(record, minimum[0], comm), minimum[1]};
 }
 
 }  // namespace

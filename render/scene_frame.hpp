@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "core/image.hpp"
-#include "core/image_samples.hpp"
 #include "render/frame.hpp"
 #include "render/maps/surface_map.hpp"
 
@@ -85,10 +84,5 @@ class SceneRenderer {
   struct Parts;
   std::unique_ptr<Parts> parts_;
 };
-
-/// Depth as a grey picture of 16 bits: multiples of `unit` [m], 65,535 for what is farther or
-/// nothing.
-core::ImageSamples depth_picture(const SceneFrame& frame, double unit = 1e-4);
-core::Image mask_picture(const SceneFrame& frame);
 
 }  // namespace carillon::render

@@ -91,8 +91,8 @@ std::vector<std::string> object_files(const scene::Object& object) {
   files.clear();
   for (auto& [family, members] : by_class) {
     std::sort(members.begin(), members.end());
-    const auto most = static_cast<std::size_t>(wanted.per_class);
-    if (most > 0 && members.size() > most) members.resize(most);
+    const auto maximum = static_cast<std::size_t>(wanted.per_class);
+    if (maximum > 0 && members.size() > maximum) members.resize(maximum);
     for (const auto& [rank, path] : members) files.push_back(path);
   }
   std::sort(files.begin(), files.end());

@@ -15,11 +15,11 @@ namespace {
 
 void add_files(const LoadedBuild& build, FileCounts& files) {
   const plan::BuildPlan& plan = build.plan;
-  std::size_t shards = 0, most = 0;
+  std::size_t shards = 0, maximum = 0;
   for (const plan::BuildTask& task : plan.tasks) {
     if (task.kind != plan::TaskKind::samples) continue;
     ++shards;
-    most = std::max(most, task.count);
+    maximum = std::max(maximum, task.count);
   }
   const std::size_t wav = build.config.wav ? plan.samples.size() : 0;
   std::vector<std::size_t> sounds(plan.shapes.size(), 0);  // a folder for each shape
@@ -35,7 +35,7 @@ void add_files(const LoadedBuild& build, FileCounts& files) {
       8;  // index, dataset, croissant, failures, warnings, configuration, journal, trace
   files.shard_bytes += bytes * static_cast<double>(plan.samples.size());
   files.largest_shard_bytes =
-      std::max(files.largest_shard_bytes, bytes * static_cast<double>(most));
+      std::max(files.largest_shard_bytes, bytes * static_cast<double>(maximum));
   files.largest_folder =
       std::max({files.largest_folder, plan.shapes.size(), shards, largest_sounds});
 }

@@ -21,13 +21,13 @@ constexpr double roundness = 1e-4;    ///< of a ball: spread of its radii over t
 
 /// Radius of a body whose surface is everywhere as far from its centre of mass; 0: no ball.
 double ball_radius(const solvers::modes::ModeSurface& surface, const Vec3& centre) {
-  double least = std::numeric_limits<double>::infinity(), most = 0;
+  double minimum = std::numeric_limits<double>::infinity(), maximum = 0;
   for (const Vec3& node : surface.nodes) {
     const double r = (node - centre).norm();
-    least = std::min(least, r);
-    most = std::max(most, r);
+    minimum = std::min(minimum, r);
+    maximum = std::max(maximum, r);
   }
-  return most - least <= roundness * most ? most : 0;
+  return maximum - minimum <= roundness * maximum ? maximum : 0;
 }
 
 /// A body of several regions turns about where its weight is.

@@ -14,9 +14,9 @@ namespace carillon::eval::accuracy {
 using nlohmann::json;
 
 std::vector<double> errors_in_cents(std::span<const double> frequencies,
-                                    std::span<const double> reference, std::size_t most) {
+                                    std::span<const double> reference, std::size_t maximum) {
   std::vector<double> errors;
-  const std::size_t count = std::min({frequencies.size(), reference.size(), most});
+  const std::size_t count = std::min({frequencies.size(), reference.size(), maximum});
   for (std::size_t k = 0; k < count; ++k)
     errors.push_back(core::cents(frequencies[k] / reference[k]));
   return errors;

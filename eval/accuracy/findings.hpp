@@ -15,9 +15,9 @@ namespace carillon::eval::accuracy {
 /// principle the k-th eigenvalue of conforming elements bounds the k-th of the object that they
 /// fill from above, and of all ways to pair two sets that of equal ranks has the least total
 /// distance. Modes that cross therefore count with the distance of their ranks.
-/// @param most  so many at most are compared
+/// @param maximum  so many at most are compared
 std::vector<double> errors_in_cents(std::span<const double> frequencies,
-                                    std::span<const double> reference, std::size_t most);
+                                    std::span<const double> reference, std::size_t maximum);
 
 /// A level as the front sees it.
 struct CostPoint {

@@ -20,14 +20,14 @@ using nlohmann::ordered_json;
 
 namespace {
 
-std::vector<int> ascending_numbers(core::ConfigNode& node, const std::string& key, int least) {
+std::vector<int> ascending_numbers(core::ConfigNode& node, const std::string& key, int minimum) {
   const std::vector<double> values =
       node.quantities(key, core::Dimension::none, 0, std::vector<double>{});
   std::vector<int> numbers;
   for (const double value : values) {
     const bool grows = numbers.empty() || value > numbers.back();
-    if (value != std::floor(value) || value < least || value > 1e6 || !grows) {
-      node.fail(key, fmt::format("must be whole numbers from {} up, each above the last", least));
+    if (value != std::floor(value) || value < minimum || value > 1e6 || !grows) {
+      node.fail(key, fmt::format("must be whole numbers from {} up, each above the last", minimum));
     }
     numbers.push_back(static_cast<int>(value));
   }

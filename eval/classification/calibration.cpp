@@ -24,15 +24,15 @@ void check_distributions(const ScoreRows& probabilities, std::span<const std::si
   check_rows(probabilities, "probabilities");
   check_classes(truth, probabilities.samples(), probabilities.columns);
   for (std::size_t i = 0; i < probabilities.samples(); ++i) {
-    double sum = 0, least = 0;
+    double sum = 0, minimum = 0;
     for (const double p : probabilities.row(i)) {
       sum += p;
-      least = std::min(least, p);
+      minimum = std::min(minimum, p);
     }
     // As single precision leaves them.
-    if (least < 0 || std::abs(sum - 1) > 1e-4) {
+    if (minimum < 0 || std::abs(sum - 1) > 1e-4) {
       throw core::InputError(
-          fmt::format("probabilities: row {} sums to {} with a least value of {}", i, sum, least),
+          fmt::format("probabilities: row {} sums to {} with a least value of {}", i, sum, minimum),
           "logits become probabilities by softmax");
     }
   }
@@ -62,8 +62,8 @@ double mean_range(const ScoreRows& logits) {
   double sum = 0;
   for (std::size_t i = 0; i < logits.samples(); ++i) {
     const auto row = logits.row(i);
-    const auto [least, greatest] = std::minmax_element(row.begin(), row.end());
-    sum += *greatest - *least;
+    const auto [minimum, greatest] = std::minmax_element(row.begin(), row.end());
+    sum += *greatest - *minimum;
   }
   return sum / static_cast<double>(logits.samples());
 }

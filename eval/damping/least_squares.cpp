@@ -25,7 +25,7 @@ VectorXd bounded_fit(const MatrixXd& columns, const VectorXd& target,
     if (bounded[std::size_t(k)]) bounds.push_back(k);
   }
   VectorXd best = VectorXd::Zero(n);
-  double least = std::numeric_limits<double>::infinity();
+  double minimum = std::numeric_limits<double>::infinity();
   for (unsigned held = 0; held < (1U << bounds.size()); ++held) {
     std::vector<Index> free;
     for (Index k = 0; k < n; ++k) {
@@ -40,8 +40,8 @@ VectorXd bounded_fit(const MatrixXd& columns, const VectorXd& target,
     const auto negative = [&](Index k) { return x[k] < 0; };
     if (std::any_of(bounds.begin(), bounds.end(), negative)) continue;
     const double rest = (columns * x - target).squaredNorm();
-    if (rest < least) {
-      least = rest;
+    if (rest < minimum) {
+      minimum = rest;
       best = x;
     }
   }
@@ -71,7 +71,8 @@ VectorXd with_linear_part(const ScaledLaw& law, const VectorXd& candidate, const
 
 /// The best of the candidates with their sums of squares, best first.
 std::vector<std::pair<VectorXd, double>> best_candidates(const ScaledLaw& law,
-                                                         const VectorXd& target, std::size_t most) {
+                                                         const VectorXd& target,
+                                                         std::size_t maximum) {
   std::vector<std::pair<VectorXd, double>> all;
   for (const VectorXd& candidate : law.candidates) {
     double rest = 0;
@@ -80,7 +81,7 @@ std::vector<std::pair<VectorXd, double>> best_candidates(const ScaledLaw& law,
   }
   std::stable_sort(all.begin(), all.end(),
                    [](const auto& a, const auto& b) { return a.second < b.second; });
-  all.resize(std::min(all.size(), most));
+  all.resize(std::min(all.size(), maximum));
   return all;
 }
 
@@ -98,14 +99,14 @@ Objective misfit_objective(const ScaledLaw& law, const VectorXd& target, double 
 }
 
 Estimate least_squares(const ScaledLaw& law, const VectorXd& target, const Watch& watch) {
-  const auto [best, least] = best_candidates(law, target, 1).front();
+  const auto [best, minimum] = best_candidates(law, target, 1).front();
   const double points = static_cast<double>(target.size());
   if (law.is_linear()) {
-    if (watch) watch(best, least / points, 0);
-    return {best, std::isfinite(least), 1};
+    if (watch) watch(best, minimum / points, 0);
+    return {best, std::isfinite(minimum), 1};
   }
   // In units of the best candidate's misfit, but not of rounding's where the data are perfect.
-  const double unit = points * std::max(least / points, 1e-7);
+  const double unit = points * std::max(minimum / points, 1e-7);
   NewtonOptions options;
   options.watch = [&](const VectorXd& x, double value, double gradient) {
     if (watch) watch(x, 2 * unit * value / points, gradient);
@@ -119,13 +120,13 @@ ScaledLaw settled_law(const ScaledLaw& law, const VectorXd& target,
                       const std::function<ScaledLaw(const std::vector<double>&)>& near) {
   constexpr std::size_t tries = 5;
   ScaledLaw best;
-  double least = std::numeric_limits<double>::infinity();
+  double minimum = std::numeric_limits<double>::infinity();
   for (const auto& [x, rest] : best_candidates(law, target, tries)) {
     const ScaledLaw first = near(law.alphas(x));
     const Estimate found = least_squares(first, target);
     const double sum = (first.curve(found.x).values - target).squaredNorm();
-    if (best.curve && !(sum < least)) continue;
-    least = sum;
+    if (best.curve && !(sum < minimum)) continue;
+    minimum = sum;
     best = near(first.alphas(found.x));
   }
   return best;

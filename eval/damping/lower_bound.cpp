@@ -92,13 +92,13 @@ std::optional<VectorXd> with_linear_part(const ScaledLaw& law, const VectorXd& s
 /// The best of the candidates, each with its linear parameters found.
 VectorXd best_candidate(const ScaledLaw& law, const VectorXd& target) {
   VectorXd best = law.candidates.front();
-  double least = infinity;
+  double minimum = infinity;
   for (const VectorXd& candidate : law.candidates) {
     const auto x = with_linear_part(law, candidate, target);
     if (!x) continue;
     const double cost = merit_of(law.curve(*x).values, target).cost();
-    if (cost < least) {
-      least = cost;
+    if (cost < minimum) {
+      minimum = cost;
       best = *x;
     }
   }

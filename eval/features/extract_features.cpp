@@ -107,9 +107,9 @@ void account(std::span<const double> samples, std::span<const Tone> modes,
 }
 
 /// Leaves out all but the modes of most energy.
-void keep_strongest(std::size_t most, std::size_t count, std::vector<Tone>& modes,
+void keep_strongest(std::size_t maximum, std::size_t count, std::vector<Tone>& modes,
                     FeatureSet& set) {
-  if (modes.size() <= most) return;
+  if (modes.size() <= maximum) return;
   std::vector<std::size_t> order(modes.size());
   std::iota(order.begin(), order.end(), 0);
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
@@ -117,11 +117,12 @@ void keep_strongest(std::size_t most, std::size_t count, std::vector<Tone>& mode
   });
   std::vector<Tone> tones;
   std::vector<Feature> features;
-  for (std::size_t k = 0; k < most; ++k) {
+  for (std::size_t k = 0; k < maximum; ++k) {
     tones.push_back(modes[order[k]]);
     features.push_back(set.features[order[k]]);
   }
-  set.remarks.push_back(fmt::format("{} weaker modes and more are left out", modes.size() - most));
+  set.remarks.push_back(
+      fmt::format("{} weaker modes and more are left out", modes.size() - maximum));
   modes = std::move(tones);
   set.features = std::move(features);
 }
@@ -132,11 +133,11 @@ void by_esprit(std::span<const double> samples, double sample_rate, double after
   constexpr double beyond = 1.25, near_nyquist = 0.495;
   const double highest = std::min(options.max_frequency, highest_frequency * sample_rate);
   // The strongest are found first, but for those that others hide.
-  const std::size_t most = 2 * options.max_features + 50;
+  const std::size_t maximum = 2 * options.max_features + 50;
   const ToneFit fit =
       find_tones(samples, {sample_rate, options.min_frequency,
                            std::min(beyond * options.max_frequency, near_nyquist * sample_rate),
-                           most, std::pow(10, options.min_level / 10)});
+                           maximum, std::pow(10, options.min_level / 10)});
   std::vector<Tone> modes, others;
   for (std::size_t k = 0; k < fit.tones.size(); ++k) {
     const Tone& tone = fit.tones[k];

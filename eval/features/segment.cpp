@@ -71,9 +71,9 @@ std::size_t find_onset(std::span<const double> samples, const std::vector<double
   const double peak = core::peak(samples.subspan(from, to - from));
   const std::size_t quiet = from > 20 * frame ? from - 20 * frame : 0;
   const double noise = core::peak(samples.subspan(quiet, from - quiet));
-  const double least = std::max(0.01 * peak, std::min(1.5 * noise, 0.5 * peak));
+  const double minimum = std::max(0.01 * peak, std::min(1.5 * noise, 0.5 * peak));
   for (std::size_t n = from; n < to; ++n) {
-    if (std::abs(samples[n]) > least) return n;
+    if (std::abs(samples[n]) > minimum) return n;
   }
   return from;
 }

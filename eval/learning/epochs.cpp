@@ -35,10 +35,10 @@ Epoch epoch_from(const nlohmann::json& json) {
 
 std::int64_t best_of(const std::vector<Epoch>& epochs) {
   std::int64_t best = 0;
-  double least = std::numeric_limits<double>::infinity();
+  double minimum = std::numeric_limits<double>::infinity();
   for (const Epoch& epoch : epochs) {
-    if (std::isnan(epoch.validation_loss) || epoch.validation_loss < least) {
-      least = std::isnan(epoch.validation_loss) ? least : epoch.validation_loss;
+    if (std::isnan(epoch.validation_loss) || epoch.validation_loss < minimum) {
+      minimum = std::isnan(epoch.validation_loss) ? minimum : epoch.validation_loss;
       best = epoch.number;
     }
   }
@@ -56,11 +56,12 @@ double learning_rate_after(const std::vector<Epoch>& epochs, const Method& metho
     return options.learning_rate / (1.0 + 0.2 * static_cast<double>(epochs.size()));
   }
   const std::int64_t half = std::max<std::int64_t>(1, options.patience / 2);
-  double rate = options.learning_rate, least = std::numeric_limits<double>::infinity();
+  double rate = options.learning_rate, minimum = std::numeric_limits<double>::infinity();
   std::int64_t since = 0;
   for (const Epoch& epoch : epochs) {
-    since = epoch.validation_loss < least || std::isnan(epoch.validation_loss) ? 0 : since + 1;
-    least = std::min(least, std::isnan(epoch.validation_loss) ? least : epoch.validation_loss);
+    since = epoch.validation_loss < minimum || std::isnan(epoch.validation_loss) ? 0 : since + 1;
+    minimum =
+        std::min(minimum, std::isnan(epoch.validation_loss) ? minimum : epoch.validation_loss);
     if (since > 0 && since % half == 0) rate /= 3;
   }
   return rate;

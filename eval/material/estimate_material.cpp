@@ -65,11 +65,11 @@ std::vector<LocalMinimum> ranked(const std::vector<Start>& starts, const Objecti
   return best;
 }
 
-/// The first of each basin, at most `most`.
-std::vector<LocalMinimum> apart(const std::vector<LocalMinimum>& sorted, std::size_t most) {
+/// The first of each basin, at most `maximum`.
+std::vector<LocalMinimum> apart(const std::vector<LocalMinimum>& sorted, std::size_t maximum) {
   std::vector<LocalMinimum> kept;
   for (const LocalMinimum& minimum : sorted) {
-    if (kept.size() == most) break;
+    if (kept.size() == maximum) break;
     const bool again = std::any_of(kept.begin(), kept.end(), [&](const LocalMinimum& other) {
       return near(other.candidate, minimum.candidate, same_basin);
     });
@@ -114,10 +114,10 @@ MaterialEstimate estimate_material(std::span<const double> samples, const featur
   MaterialEstimate estimate;
   estimate.starts = starts.size();
   const auto search = [&](const Objective& goal, const LocalMinimum& from, double tolerance,
-                          int most) {
+                          int maximum) {
     const auto found = minimise([&](std::span<const double> x) { return goal.metric(x); },
                                 to_coordinates(coordinates, from.candidate),
-                                first_steps(coordinates), tolerance, most);
+                                first_steps(coordinates), tolerance, maximum);
     estimate.evaluations += static_cast<std::size_t>(found.evaluations);
     estimate.converged = found.converged;
     const Candidate candidate = from_coordinates(coordinates, found.x);
@@ -136,8 +136,8 @@ MaterialEstimate estimate_material(std::span<const double> samples, const featur
   Reference settled = reference;
   const Objective finish{settled, modes, options.motion, coordinates, options.starts};
   for (int again = 0; again < 2; ++again) {
-    double& least = settled.options.min_difference;
-    if (least > 0) least = std::max(least, unexplained * minima.front().value.psychoacoustic);
+    double& minimum = settled.options.min_difference;
+    if (minimum > 0) minimum = std::max(minimum, unexplained * minima.front().value.psychoacoustic);
     minima.front().value = finish.value_of(minima.front().candidate);
     minima.front() = search(finish, minima.front(), finely, fine_evaluations);
   }

@@ -43,10 +43,10 @@ std::vector<FeaturePlace> places_of(std::span<const features::Feature> features,
     loudest = std::max(loudest, place.prominence);
     places.push_back(place);
   }
-  const double least = std::pow(10, -prominence_exponent * scale.range / 10);
+  const double minimum = std::pow(10, -prominence_exponent * scale.range / 10);
   for (FeaturePlace& place : places) {
     const double weight = std::pow(10, prominence_exponent * (place.prominence - loudest) / 10);
-    place.prominence = std::max(0.0, weight - least);
+    place.prominence = std::max(0.0, weight - minimum);
   }
   return places;
 }

@@ -14,13 +14,13 @@ namespace carillon::eval::material {
 
 namespace {
 
-/// The `most` features or modes of greatest weight, heaviest first.
-std::vector<std::size_t> heaviest(const std::vector<double>& weights, std::size_t most) {
+/// The `maximum` features or modes of greatest weight, heaviest first.
+std::vector<std::size_t> heaviest(const std::vector<double>& weights, std::size_t maximum) {
   std::vector<std::size_t> order(weights.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return weights[a] > weights[b]; });
-  order.resize(std::min(order.size(), most));
+  order.resize(std::min(order.size(), maximum));
   return order;
 }
 

@@ -62,9 +62,9 @@ torch::Tensor nearest_labels(const torch::Tensor& asked, learning::BatchReader& 
 void vote(const std::int64_t* label, std::int64_t count, std::span<float> fraction) {
   const float one = 1 / static_cast<float>(count);
   for (std::int64_t n = 0; n < count; ++n) fraction[static_cast<std::size_t>(label[n])] += one;
-  const float most = *std::max_element(fraction.begin(), fraction.end());
+  const float maximum = *std::max_element(fraction.begin(), fraction.end());
   const std::int64_t* first = std::find_if(label, label + count, [&](std::int64_t c) {
-    return fraction[static_cast<std::size_t>(c)] == most;
+    return fraction[static_cast<std::size_t>(c)] == maximum;
   });
   fraction[static_cast<std::size_t>(*first)] += one / 2;
 }

@@ -97,9 +97,9 @@ void print_moduli_alone(const StudyFit& fit, double modulus) {
     if (alone) ratios.push_back(alone->candidate.specific_modulus / modulus);
   }
   if (ratios.size() < 2) return;
-  const auto [least, most] = std::minmax_element(ratios.begin(), ratios.end());
-  fmt::print("  {:<20} {:.4f} to {:.4f} of that, {} of {}\n", "each vertex alone", *least, *most,
-             ratios.size(), fit.joint.alone.size());
+  const auto [minimum, maximum] = std::minmax_element(ratios.begin(), ratios.end());
+  fmt::print("  {:<20} {:.4f} to {:.4f} of that, {} of {}\n", "each vertex alone", *minimum,
+             *maximum, ratios.size(), fit.joint.alone.size());
 }
 
 void print_fit(const ImpactReport& report) {

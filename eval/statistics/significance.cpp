@@ -118,11 +118,11 @@ std::vector<double> holm(std::span<const double> probabilities) {
     return probabilities[x] < probabilities[y];
   });
   std::vector<double> raised(probabilities.begin(), probabilities.end());
-  double least = 0;
+  double minimum = 0;
   for (std::size_t k = 0; k < order.size(); ++k) {
     const double factor = static_cast<double>(order.size() - k);
-    least = std::max(least, std::min(1.0, factor * probabilities[order[k]]));
-    raised[order[k]] = least;
+    minimum = std::max(minimum, std::min(1.0, factor * probabilities[order[k]]));
+    raised[order[k]] = minimum;
   }
   return raised;
 }

@@ -49,11 +49,11 @@ std::vector<std::size_t> read_sounds(ConfigNode& node, const EvaluatedDatasets& 
     node.fail("sound_counts", "the same number stands here twice");
   }
   for (const Condition& condition : datasets.conditions()) {
-    const std::size_t most = condition.build->config.scene.strikes_per_object();
-    if (sounds.back() <= most) continue;
+    const std::size_t maximum = condition.build->config.scene.strikes_per_object();
+    if (sounds.back() <= maximum) continue;
     node.fail("sound_counts",
               fmt::format("{} sounds cannot be drawn of {}, the strikes of each object",
-                          sounds.back(), most),
+                          sounds.back(), maximum),
               "ask for fewer, or raise strikes.per_object");
   }
   return sounds;

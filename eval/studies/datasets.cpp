@@ -16,10 +16,10 @@ namespace {
 
 /// A quantity within a range.
 double bounded(core::ConfigNode& node, const char* key, core::Dimension dimension, double fallback,
-               double least, double most) {
+               double minimum, double maximum) {
   const double value = node.quantity(key, dimension, fallback);
-  if (!(value >= least && value <= most)) {
-    node.fail(key, fmt::format("must lie within {} and {}", least, most));
+  if (!(value >= minimum && value <= maximum)) {
+    node.fail(key, fmt::format("must lie within {} and {}", minimum, maximum));
   }
   return value;
 }

@@ -78,12 +78,12 @@ std::vector<Groups> groups_of_memory(const fs::path& root) {
 }
 
 std::int64_t left_in(const fs::path& group, const Names& names) {
-  const std::int64_t most = number_in(group / names.limit);
+  const std::int64_t maximum = number_in(group / names.limit);
   const std::int64_t used = number_in(group / names.used);
-  if (most == unbounded || used == unbounded) return unbounded;
+  if (maximum == unbounded || used == unbounded) return unbounded;
   const fs::path stat = group / "memory.stat";
   const std::int64_t files = number_of(stat, names.inactive, 0) + number_of(stat, names.active, 0);
-  return most - std::max<std::int64_t>(used - files, 0);
+  return maximum - std::max<std::int64_t>(used - files, 0);
 }
 
 }  // namespace

@@ -127,11 +127,11 @@ void PatternValues::refuse(const std::string& message, const std::string& hint) 
 }
 
 void PatternValues::check_detail(const std::string& name, double length, double texel,
-                                 double least) const {
-  if (length >= least * texel) return;
-  refuse(
-      fmt::format("{} of {:.3g} m is less than {} texels of {:.3g} m", name, length, least, texel),
-      "ask for more texels, or for fewer repetitions in the map");
+                                 double minimum) const {
+  if (length >= minimum * texel) return;
+  refuse(fmt::format("{} of {:.3g} m is less than {} texels of {:.3g} m", name, length, minimum,
+                     texel),
+         "ask for more texels, or for fewer repetitions in the map");
 }
 
 PatternGrid::PatternGrid(double length_u, double length_v, int texels)

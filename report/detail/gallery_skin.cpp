@@ -27,11 +27,11 @@ double bytes_of(std::size_t vertices, std::size_t indices, std::size_t modes) {
          static_cast<double>(indices) * index_bytes + m * mode_bytes;
 }
 
-/// The largest number up to `most` that takes no more than `bytes`.
+/// The largest number up to `maximum` that takes no more than `bytes`.
 template <class BytesOf>
-std::size_t that_fit(std::size_t most, std::size_t bytes, const BytesOf& bytes_of_so_many) {
-  while (most > 0 && bytes_of_so_many(most) > static_cast<double>(bytes)) --most;
-  return most;
+std::size_t that_fit(std::size_t maximum, std::size_t bytes, const BytesOf& bytes_of_so_many) {
+  while (maximum > 0 && bytes_of_so_many(maximum) > static_cast<double>(bytes)) --maximum;
+  return maximum;
 }
 
 GallerySkin skin_of(const solvers::mesh::SurfaceMesh& flat,

@@ -248,16 +248,16 @@ class AxisymmetricSolve {
     const auto& band = options_.band;
     std::vector<Found> inside;
     std::vector<double> ascending;
-    auto most = wanted();
+    auto maximum = wanted();
     for (const auto& mode : found) {
       if (mode.frequency() < band.min_frequency) continue;
       if (mode.frequency() > band.max_frequency) break;
-      most += mode.frequency() < band.bottom();
+      maximum += mode.frequency() < band.bottom();
       inside.push_back(mode);
       ascending.push_back(mode.eigenvalue);
     }
     const auto in_band = inside.size();
-    const auto kept = modes::whole_clusters(ascending, most);
+    const auto kept = modes::whole_clusters(ascending, maximum);
 
     modes::Modes modes;
     modes.mass = mass_of(attempt.forms);

@@ -102,10 +102,10 @@ Run alone(std::span<const double> modes, std::vector<std::size_t> members) {
 Run joined(std::span<const ModeRequest> requests, std::span<const double> modes,
            std::vector<std::size_t> members) {
   auto snapshots = snapshots_for(requests, members);
-  const double most = modes[members.back()];
-  const double cost = static_cast<double>(snapshots.size()) * cost_of_solve(most) +
-                      cost_of_basis(most) +
-                      static_cast<double>(members.size()) * cost_of_ritz(most);
+  const double maximum = modes[members.back()];
+  const double cost = static_cast<double>(snapshots.size()) * cost_of_solve(maximum) +
+                      cost_of_basis(maximum) +
+                      static_cast<double>(members.size()) * cost_of_ritz(maximum);
   return {{std::move(members), std::move(snapshots)}, cost};
 }
 

@@ -269,8 +269,8 @@ class Estimator {
 /// How many modes to treat at once: blocks of equal size within the bounds.
 Eigen::Index block_size(Eigen::Index modes, std::size_t nodes, std::int64_t memory) {
   const auto by_mode = field_arrays * 24 * static_cast<std::int64_t>(nodes);
-  const auto most = std::clamp(memory / by_mode, min_block, largest_block);
-  const auto blocks = (modes + most - 1) / most;
+  const auto maximum = std::clamp(memory / by_mode, min_block, largest_block);
+  const auto blocks = (modes + maximum - 1) / maximum;
   return (modes + blocks - 1) / blocks;
 }
 

@@ -158,16 +158,16 @@ class Search {
       result_.pairs.vectors.resize(system_.owned_unknowns(), 0);
       return;
     }
-    const std::int64_t most = options_.band.max_modes;
-    if (below_counted_ > most && counted_at_ > top_) {
+    const std::int64_t maximum = options_.band.max_modes;
+    if (below_counted_ > maximum && counted_at_ > top_) {
       // The estimate was far off: there are modes enough to count at the top itself.
       counted_at_ = top_;
       below_counted_ = std::max<std::int64_t>(0, count(top_) - rigid_);
       result_.flexible_below_top = below_counted_;
     }
     std::int64_t below_band = 0;
-    if (below_counted_ > most && bottom_ > 0.1 * estimate_) below_band = count(bottom_) - rigid_;
-    auto wanted = std::min(below_counted_, std::max<std::int64_t>(below_band, 0) + most);
+    if (below_counted_ > maximum && bottom_ > 0.1 * estimate_) below_band = count(bottom_) - rigid_;
+    auto wanted = std::min(below_counted_, std::max<std::int64_t>(below_band, 0) + maximum);
     wanted = solve_for_band(wanted);
     if (verify(wanted)) return;
     // Another start, in a larger space: what one vector happened to miss another holds.

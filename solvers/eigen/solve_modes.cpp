@@ -106,12 +106,12 @@ modes::Modes select_modes(const mesh::TetMesh& mesh, std::span<const elements::E
   });
   const auto in_band = order.size();
   std::vector<double> ascending;
-  auto most = static_cast<std::size_t>(band.max_modes);
+  auto maximum = static_cast<std::size_t>(band.max_modes);
   for (const auto k : order) {
     ascending.push_back(fields.eigenvalues[k]);
-    most += std::sqrt(fields.eigenvalues[k]) < 2 * std::numbers::pi * band.bottom();
+    maximum += std::sqrt(fields.eigenvalues[k]) < 2 * std::numbers::pi * band.bottom();
   }
-  order.resize(modes::whole_clusters(ascending, most));
+  order.resize(modes::whole_clusters(ascending, maximum));
 
   const auto rows = static_cast<Eigen::Index>(order.size());
   const auto region_count = static_cast<Eigen::Index>(regions.size());

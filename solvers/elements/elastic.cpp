@@ -28,10 +28,10 @@ std::vector<double> identity_of(const Elastic& m) {
 std::optional<core::Fault> elastic_fault(const Elastic& m) {
   if (m.anisotropy) {
     // Below rounding of the largest nothing is known.
-    constexpr double least = 1e-9;
+    constexpr double minimum = 1e-9;
     const Eigen::SelfAdjointEigenSolver<Voigt> solver(*m.anisotropy, Eigen::EigenvaluesOnly);
     const auto& values = solver.eigenvalues();
-    if (!m.anisotropy->allFinite() || !(values[0] > least * values[5])) {
+    if (!m.anisotropy->allFinite() || !(values[0] > minimum * values[5])) {
       return core::Fault{
           "stiffness",
           fmt::format("the stiffness must be positive definite: every strain costs energy; its "

@@ -33,13 +33,13 @@ double Modes::frequency(std::size_t mode) const {
   return std::sqrt(eigenvalues.at(mode)) / (2 * std::numbers::pi);
 }
 
-std::size_t whole_clusters(std::span<const double> eigenvalues, std::size_t most) {
+std::size_t whole_clusters(std::span<const double> eigenvalues, std::size_t maximum) {
   constexpr double repeated = 1e-4;
-  if (eigenvalues.size() <= most) return eigenvalues.size();
-  std::size_t count = most;
+  if (eigenvalues.size() <= maximum) return eigenvalues.size();
+  std::size_t count = maximum;
   while (count > 0 && eigenvalues[count] - eigenvalues[count - 1] <= repeated * eigenvalues[count])
     --count;
-  return count > 0 ? count : most;
+  return count > 0 ? count : maximum;
 }
 
 Modes rescale(const Modes& modes, double length, double modulus, double density) {

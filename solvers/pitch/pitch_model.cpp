@@ -82,9 +82,9 @@ double predicted_error(double measured, int from_order, int order, double size_f
 
 int edge_layers_for(double cents) {
   constexpr double without = 12, ratio = 1.0 / 6;
-  constexpr int most = 4;
+  constexpr int maximum = 4;
   int layers = 0;
-  for (double left = without; left > cents / 2 && layers < most; left *= ratio) ++layers;
+  for (double left = without; left > cents / 2 && layers < maximum; left *= ratio) ++layers;
   return layers;
 }
 

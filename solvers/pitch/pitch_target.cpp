@@ -35,7 +35,7 @@ constexpr double min_gain = 0.9;
 /// Where a step gains less than this part of what was predicted (in logarithms), inward edges are
 /// suspected.
 constexpr double poor_gain = 0.6;
-constexpr int most_edge_layers = 4;
+constexpr int max_edge_layers = 4;
 /// Meshes that come out larger than the unknowns allowed by more than this are not solved.
 constexpr double slack = 1.25;
 constexpr int max_refusals = 4;
@@ -230,7 +230,7 @@ class Search {
     stuck_ = now > min_gain * before ? stuck_ + 1 : 0;
     const double gained = now > 0 ? std::log(before / now) : promised;
     if (gained < poor_gain * promised && has_edges_ && !layers_end_ &&
-        edge_layers_ < most_edge_layers) {
+        edge_layers_ < max_edge_layers) {
       ++edge_layers_;
       return;
     }

@@ -17,12 +17,6 @@ using core::InputError;
 
 constexpr std::size_t any = std::numeric_limits<std::size_t>::max();
 
-/// lambda^exponent times ln(lambda); its limit at 0 for positive exponents.
-double power_times_log(double lambda, double exponent) {
-  if (lambda == 0 && exponent > 0) return 0;
-  return std::pow(lambda, exponent) * std::log(lambda);
-}
-
 /// c of every kind but expressions.
 double built_in(DampingKind kind, std::span<const double> alpha, double lambda) {
   switch (kind) {
@@ -201,28 +195,6 @@ std::vector<double> damping_coefficients(const DampingModel& model,
   values.reserve(lambda.size());
   for (const double value : lambda) values.push_back(c(value));
   return values;
-}
-
-Eigen::MatrixXd damping_gradient(const DampingModel& model, std::span<const double> lambda) {
-  check_damping(model);
-  if (model.kind == DampingKind::expression) {
-    throw InputError("the gradient of an expression is not known", "take differences");
-  }
-  const auto& alpha = model.parameters;
-  Eigen::MatrixXd gradient(static_cast<Eigen::Index>(lambda.size()),
-                           static_cast<Eigen::Index>(alpha.size()));
-  for (Eigen::Index i = 0; i < gradient.rows(); ++i) {
-    const double x = lambda[static_cast<std::size_t>(i)];
-    if (model.kind == DampingKind::power) {
-      gradient.row(i) << std::pow(x, alpha[1]), alpha[0] * power_times_log(x, alpha[1]);
-    } else if (model.kind == DampingKind::hybrid) {
-      gradient.row(i) << 1, std::pow(x, alpha[2]), alpha[1] * power_times_log(x, alpha[2]);
-    } else {
-      double power = 1;
-      for (Eigen::Index k = 0; k < gradient.cols(); ++k, power *= x) gradient(i, k) = power;
-    }
-  }
-  return gradient;
 }
 
 }  // namespace carillon::synth::damping

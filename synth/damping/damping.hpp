@@ -1,6 +1,5 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <functional>
 #include <optional>
 #include <span>
@@ -73,11 +72,6 @@ std::function<double(double)> damping_function(const DampingModel& model);
 
 /// c(lambda) [1/s] of every eigenvalue, n values, as damping_function() gives it.
 std::vector<double> damping_coefficients(const DampingModel& model, std::span<const double> lambda);
-
-/// Derivatives of c with respect to the parameters: n eigenvalues x number of parameters. At
-/// lambda = 0 the limit, where exponents are positive.
-/// @throws InputError  the model breaks a rule, or is an expression (take differences)
-Eigen::MatrixXd damping_gradient(const DampingModel& model, std::span<const double> lambda);
 
 /// Frequencies [Hz] between which a model's damping is negative.
 struct NegativeRange {

@@ -66,7 +66,7 @@ std::vector<std::vector<Vec3>> nodes_of_parts(const solvers::mesh::TetMesh& mesh
 }  // namespace
 
 std::vector<std::vector<Vec3>> convex_pieces(const solvers::mesh::TetMesh& mesh, double excess,
-                                             int most) {
+                                             int maximum) {
   const double volume = solvers::mesh::measure_quality(mesh).volume;
   for (int parts = 1;; parts *= 2) {
     std::vector<std::vector<Vec3>> pieces;
@@ -78,7 +78,7 @@ std::vector<std::vector<Vec3>> convex_pieces(const solvers::mesh::TetMesh& mesh,
       sum += own;
       if (own > 0) pieces.push_back(std::move(hull.vertices));
     }
-    if (sum <= (1 + excess) * volume || 2 * parts > most) return pieces;
+    if (sum <= (1 + excess) * volume || 2 * parts > maximum) return pieces;
   }
 }
 

@@ -85,20 +85,20 @@ class HullSearch {
   /// Texels where the distance is negative and least among their neighbours.
   std::vector<ReliefContact> dips() {
     std::vector<std::optional<Dip>> candidates(blocks_.size());
-    double least = 0;
+    double minimum = 0;
     for (std::size_t b = 0; b < blocks_.size(); ++b) {
       if (above_[b].empty()) continue;
       const Dip peak = at(b, blocks_[b].peak_u, blocks_[b].peak_v);
       candidates[b] = peak.distance < 0 ? peak : deepest(b);
-      least = std::min(least, candidates[b]->distance);
+      minimum = std::min(minimum, candidates[b]->distance);
     }
     std::vector<ReliefContact> found;
     for (std::size_t b = 0; b < blocks_.size(); ++b) {
       if (!candidates[b] || !(candidates[b]->distance < 0)) continue;
       // Somewhere in it may be the deepest of all; what lies flat is as deep everywhere.
-      if (bounds_[b] < least - alike_limit * relief_.texel) {
+      if (bounds_[b] < minimum - alike_limit * relief_.texel) {
         candidates[b] = deepest(b);
-        least = std::min(least, candidates[b]->distance);
+        minimum = std::min(minimum, candidates[b]->distance);
       }
       if (const auto dip = descend(*candidates[b])) found.push_back(contact(*dip));
     }

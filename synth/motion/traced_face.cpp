@@ -71,8 +71,8 @@ SharedMap TracedMaps::finest(const SharedMap& map, double radius) {
 std::shared_ptr<const TracedMap> TracedMaps::of(const SharedMap& map, double radius) {
   const std::shared_ptr<TracedMap> traced = made(map, radius);
   std::vector<SharedMap>& levels = traced->levels;
-  const int most = std::max(levels.front()->width, levels.front()->height);
-  for (auto k = static_cast<int>(levels.size()); k <= max_levels && (1 << k) <= most; ++k) {
+  const int maximum = std::max(levels.front()->width, levels.front()->height);
+  for (auto k = static_cast<int>(levels.size()); k <= max_levels && (1 << k) <= maximum; ++k) {
     levels.push_back(
         std::make_shared<const render::maps::SurfaceMap>(blurred(*levels.back(), 1 << (k - 1))));
   }

@@ -197,11 +197,11 @@ struct NoiseFolder::Impl {
     Division division = divide(parts, true);
     if (!all_have_sound(division)) division = divide(parts, false);
     if (!all_have_sound(division)) {
-      const double least = *std::min_element(division.seconds.begin(), division.seconds.end());
+      const double minimum = *std::min_element(division.seconds.begin(), division.seconds.end());
       throw core::InputError(
           fmt::format("{}: {} recordings leave {:.3g} s for one of {} parts that share no noise; "
                       "{} s is the least",
-                      folder.string(), recordings.size(), least, parts, min_sound),
+                      folder.string(), recordings.size(), minimum, parts, min_sound),
           "add recordings, or longer ones");
     }
     return divisions.emplace(parts, std::move(division)).first->second;
@@ -313,9 +313,9 @@ NoiseDraw NoiseFolder::draw(std::size_t count, std::size_t part, std::size_t par
                                                sound.size() / 4, last_length / 2});
     const std::size_t wanted = count - draw.samples.size() + fade;
     // A short one never comes twice in the same length, which would be heard as a pitch.
-    const std::size_t least = sound.size() - sound.size() / 2;
+    const std::size_t minimum = sound.size() - sound.size() / 2;
     const std::size_t length =
-        sound.size() >= wanted ? wanted : least + random.index(sound.size() - least + 1);
+        sound.size() >= wanted ? wanted : minimum + random.index(sound.size() - minimum + 1);
     const std::size_t start = random.index(sound.size() - length + 1);
     signal::append_cross_faded(draw.samples, sound.subspan(start, length), fade);
     last_length = length;

@@ -14,12 +14,12 @@ namespace carillon::synth::room {
 namespace {
 
 constexpr double filter_seconds = 0.046;  ///< 2048 samples at 44.1 kHz
-constexpr double most = 120;              ///< [dB]
+constexpr double maximum = 120;           ///< [dB]
 
 }  // namespace
 
 double air_loss(double frequency, double distance, const Air& air) {
-  return std::min(most, 10 / std::numbers::ln10 * air_absorption(frequency, air) * distance);
+  return std::min(maximum, 10 / std::numbers::ln10 * air_absorption(frequency, air) * distance);
 }
 
 std::vector<double> air_response(double distance, const Air& air, double sample_rate) {

@@ -51,9 +51,9 @@ RigidBody body_of(double mass, const Vec3& centre, const Eigen::Matrix3d& spread
   body.axes = principal.eigenvectors();
   const Vec3 squares = principal.eigenvalues();
   // A thread or a leaf has next to no extent across, but never none.
-  const double least = 1e-12 * squares.sum();
+  const double minimum = 1e-12 * squares.sum();
   for (Eigen::Index k = 0; k < 3; ++k) {
-    body.inertia[k] = mass * std::max(squares.sum() - squares[k], least);
+    body.inertia[k] = mass * std::max(squares.sum() - squares[k], minimum);
   }
   return body;
 }

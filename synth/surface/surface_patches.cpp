@@ -200,9 +200,9 @@ std::vector<double> inscribed_radii(const OuterTriangles& surface, const Surface
     for (std::size_t patch = 0; patch < patches.size(); ++patch) {
       // No point of the patch can be nearer, or lie deeper, than its sphere allows.
       const Vec3 way = patches.centres[patch] - surface.centres[t];
-      const double least = std::max(0.0, way.norm() - patches.radii[patch]);
+      const double minimum = std::max(0.0, way.norm() - patches.radii[patch]);
       const double deepest = inward.dot(way) + patches.radii[patch];
-      if (deepest <= 0 || least * least >= 2 * deepest * radius) continue;
+      if (deepest <= 0 || minimum * minimum >= 2 * deepest * radius) continue;
       for (const int member : patches.members[patch]) {
         const Vec3 to = surface.centres[static_cast<std::size_t>(member)] - surface.centres[t];
         const double depth = inward.dot(to);

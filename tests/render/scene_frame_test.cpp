@@ -33,10 +33,6 @@ TEST(SceneFrame, DepthOfAPlaneIsTheClosedForm) {
   scene.camera.target = scene.camera.eye + Vec3(0, 1, 1);
   const SceneFrame sky = draw(scene, {});
   for (const float depth : sky.depth) EXPECT_TRUE(std::isinf(depth));
-  const core::ImageSamples picture = depth_picture(frame, 0.0002);
-  EXPECT_EQ(picture.bits, 16);
-  EXPECT_EQ(picture.values[777], std::lround(frame.depth[777] / 0.0002));
-  EXPECT_EQ(depth_picture(sky).values[5], 65535);
 }
 
 TEST(SceneFrame, MaskOfASphereIsItsDiscAndItsDepthTheClosedForm) {
@@ -57,7 +53,6 @@ TEST(SceneFrame, MaskOfASphereIsItsDiscAndItsDepthTheClosedForm) {
   EXPECT_NEAR(count(1), std::numbers::pi * radius * radius, 2 * radius);
   EXPECT_GT(count(2), 100);
   EXPECT_EQ(count(3), 0);
-  EXPECT_EQ(mask_picture(frame).pixels, frame.mask);
   const Pinhole pinhole(scene.camera);
   for (int row = 0; row < 241; row += 2) {
     for (int column = 0; column < 301; column += 2) {

@@ -106,7 +106,9 @@ SurfaceMesh tube() {
   return tube_surface(radius, std::min(drawn(2, 8), radius / 2), drawn(20, 150), 32);
 }
 
-SurfaceMesh bowl() { return bowl_surface(drawn(20, 80), drawn(2, 8), 32); }
+SurfaceMesh bowl() {
+  return bowl_surface(drawn(20, 80), drawn(2, 8), 32);
+}
 
 /// A solid of revolution whose outline goes in and out.
 SurfaceMesh vase() {
@@ -124,10 +126,10 @@ class Seen {
   ~Seen() {
     if (angles_.empty()) return;
     std::sort(angles_.begin(), angles_.end());
-    std::printf("%zu bodies: volume within %.2g, Hausdorff distance within %.2g of the longest "
-                "side; smallest dihedral angle %.1f degrees, of half of them above %.1f\n",
-                angles_.size(), volume_error_, distance_, angles_.front(),
-                angles_[angles_.size() / 2]);
+    std::printf(
+        "%zu bodies: volume within %.2g, Hausdorff distance within %.2g of the longest "
+        "side; smallest dihedral angle %.1f degrees, of half of them above %.1f\n",
+        angles_.size(), volume_error_, distance_, angles_.front(), angles_[angles_.size() / 2]);
   }
   void add(const mesh::MeshQuality& quality, double longest) {
     volume_error_ = std::max(volume_error_, std::abs(quality.volume_error));

@@ -167,35 +167,6 @@ TEST(Damping, RulesNameTheParameter) {
       contains(message_of({damping::DampingKind::caughey, {}, ""}), "takes 1 parameter or more"));
 }
 
-TEST(Damping, GradientIsThatOfDifferences) {
-  EXPECT_TRUE(rc::check("gradient", [] {
-    const damping::DampingModel model = any_model();
-    const double omega = *rc::gen::inRange(1, 150000);
-    const std::vector<double> lambda = {omega * omega};
-    const Eigen::MatrixXd gradient = damping::damping_gradient(model, lambda);
-    RC_ASSERT(gradient.cols() == Eigen::Index(model.parameters.size()));
-    for (std::size_t k = 0; k < model.parameters.size(); ++k) {
-      // Constants beside what varies would drown it in rounding.
-      damping::DampingModel up = model;
-      if (model.kind != damping::DampingKind::power && k > 0) up.parameters[0] = 0;
-      if (model.kind == damping::DampingKind::caughey)
-        up.parameters.assign(model.parameters.size(), 0);
-      damping::DampingModel down = up;
-      const double step = 1e-5 * std::max(std::abs(up.parameters[k]), 1e-9);
-      up.parameters[k] += step;
-      down.parameters[k] -= step;
-      const Real wide = Real(up.parameters[k]) - Real(down.parameters[k]);
-      const Real slope = (as_written(up, omega) - as_written(down, omega)) / wide;
-      // Exponents bend: third derivatives times step^2.
-      RC_ASSERT(std::abs(gradient(0, Eigen::Index(k)) - slope) <= 1e-6 * std::abs(slope) + 1e-12);
-    }
-  }));
-  const Eigen::MatrixXd at_rest =
-      damping::damping_gradient({damping::DampingKind::hybrid, {1, 2, 0.5}, ""}, std::vector{0.0});
-  EXPECT_EQ(at_rest, (Eigen::RowVector3d(1, 0, 0)));
-  EXPECT_THROW(damping::damping_gradient(expression("6"), std::vector{1.0}), core::InputError);
-}
-
 TEST(Damping, CoefficientsComeInTheOrderOfEigenvalues) {
   const std::vector<double> lambda = {1e4, 1e6, 1e4};
   const auto c = damping::damping_coefficients(damping::rayleigh_damping(1, 1e-4), lambda);

@@ -50,9 +50,9 @@ struct Step {
 std::optional<Step> newton_step(const VectorXd& x, const LocalModel& at, const Indices& free,
                                 double damping, const Box& box) {
   MatrixXd hessian = at.hessian(free, free);
-  const double least = 1e-12 * std::max(hessian.diagonal().cwiseAbs().maxCoeff(),
-                                        std::numeric_limits<double>::min());
-  hessian.diagonal() += damping * hessian.diagonal().cwiseAbs().cwiseMax(least);
+  const double minimum = 1e-12 * std::max(hessian.diagonal().cwiseAbs().maxCoeff(),
+                                          std::numeric_limits<double>::min());
+  hessian.diagonal() += damping * hessian.diagonal().cwiseAbs().cwiseMax(minimum);
   const Eigen::LLT<MatrixXd> factor(hessian);
   if (factor.info() != Eigen::Success) return {};
   const VectorXd step = factor.solve(-at.gradient(free));

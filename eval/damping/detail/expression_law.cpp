@@ -51,11 +51,11 @@ VectorXd any_alphas(Index n, core::RandomStream& random) {
 /// Up to 16 of the eigenvalues, spread.
 std::vector<double> some_of(std::vector<double> lambda) {
   std::sort(lambda.begin(), lambda.end());
-  constexpr std::size_t most = 16;
-  if (lambda.size() <= most) return lambda;
+  constexpr std::size_t maximum = 16;
+  if (lambda.size() <= maximum) return lambda;
   std::vector<double> some;
-  for (std::size_t i = 0; i < most; ++i)
-    some.push_back(lambda[i * (lambda.size() - 1) / (most - 1)]);
+  for (std::size_t i = 0; i < maximum; ++i)
+    some.push_back(lambda[i * (lambda.size() - 1) / (maximum - 1)]);
   return some;
 }
 

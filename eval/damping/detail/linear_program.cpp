@@ -38,12 +38,12 @@ VectorXd linear_program(const MatrixXd& rows, const VectorXd& limits, const Vect
     const bool circling = exchange > max_exchanges / 2;
     const VectorXd over = rows * x - limits;
     Index enters = -1;
-    double most = 0;
+    double maximum = 0;
     for (Index i = 0; i < m; ++i) {
       const double rounding = 1e-12 * (std::abs(limits[i]) + norms[i] * x.norm());
       if (over[i] <= rounding || (circling && enters >= 0)) continue;
-      if (const double by = over[i] / norms[i]; by > most) {
-        most = by;
+      if (const double by = over[i] / norms[i]; by > maximum) {
+        maximum = by;
         enters = i;
       }
     }
@@ -52,15 +52,15 @@ VectorXd linear_program(const MatrixXd& rows, const VectorXd& limits, const Vect
     // leaves.
     const VectorXd fractions = factor.transpose().solve(rows.row(enters).transpose());
     Index leaves = -1;
-    double least = 0;
+    double minimum = 0;
     for (Index k = 0; k < n; ++k) {
       if (fractions[k] <= 1e-13 * fractions.cwiseAbs().maxCoeff()) continue;
       const double ratio = std::max(0.0, multipliers[k]) / fractions[k];
       const bool earlier =
-          leaves >= 0 && ratio == least &&
+          leaves >= 0 && ratio == minimum &&
           names[static_cast<std::size_t>(k)] < names[static_cast<std::size_t>(leaves)];
-      if (leaves < 0 || ratio < least || earlier) {
-        least = ratio;
+      if (leaves < 0 || ratio < minimum || earlier) {
+        minimum = ratio;
         leaves = k;
       }
     }

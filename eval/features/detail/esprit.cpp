@@ -54,11 +54,12 @@ Eigen::VectorXcd amplitudes(const std::vector<Complex>& z, const std::vector<Com
 
 }  // namespace
 
-Band take_band(std::span<const double> samples, double centre, std::size_t step, std::size_t most) {
+Band take_band(std::span<const double> samples, double centre, std::size_t step,
+               std::size_t maximum) {
   const std::size_t length = window_steps * step;
   Band band{{}, centre, step};
   if (samples.size() < length) return band;
-  const std::size_t count = std::min(most, (samples.size() - length) / step + 1);
+  const std::size_t count = std::min(maximum, (samples.size() - length) / step + 1);
   std::vector<double> taps_re(length), taps_im(length);
   const std::vector<double> window = blackman_harris(length);
   for (std::size_t j = 0; j < length; ++j) {
@@ -94,8 +95,9 @@ std::vector<Complex> esprit_rates(const Band& band, double noise, std::size_t ma
   Eigen::Index order = 0;
   for (Eigen::Index k = rows; k-- > 0 && spectrum.eigenvalues()(k) > floor;) ++order;
   if (order == 0) return {};
-  const Eigen::Index most = std::min<Eigen::Index>(rows / 2, static_cast<Eigen::Index>(max_orders));
-  order = std::min(order + 2, most);
+  const Eigen::Index maximum =
+      std::min<Eigen::Index>(rows / 2, static_cast<Eigen::Index>(max_orders));
+  order = std::min(order + 2, maximum);
   const std::vector<Complex> found = poles(space, order);
   const std::vector<Complex> again = poles(space, std::min(order + 3, rows - 1));
 

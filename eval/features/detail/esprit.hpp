@@ -19,8 +19,9 @@ struct Band {
 /// @param centre   of the band [rad / sample]
 /// @param step     decimation; the filter (a Blackman-Harris window of 8 steps) passes
 ///                 2 pi / step around the centre with at most 92 dB of what lies outside
-/// @param most     values at most
-Band take_band(std::span<const double> samples, double centre, std::size_t step, std::size_t most);
+/// @param maximum  values at most
+Band take_band(std::span<const double> samples, double centre, std::size_t step,
+               std::size_t maximum);
 
 /// Rates per sample of the signal of the damped sinusoids in a band, by least-squares ESPRIT (Roy
 /// and Kailath 1989; for impact sounds Sirdey et al. 2011): the signal space of the Hankel matrix

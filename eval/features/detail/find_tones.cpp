@@ -158,7 +158,7 @@ bool add_tones(ToneFit& fit, std::span<const double> signal, const ToneSearch& s
   const std::size_t count = fit.grid->count();
   double strongest = 0;
   for (const Tone& tone : fit.tones) strongest = std::max(strongest, energy(tone, count));
-  const double least = search.min_energy * strongest;
+  const double minimum = search.min_energy * strongest;
   bool any = false;
   for (const Candidate& candidate : candidates(fit, signal, search, max_clutter, transforms)) {
     if (fit.tones.size() >= search.max_tones) break;
@@ -167,7 +167,7 @@ bool add_tones(ToneFit& fit, std::span<const double> signal, const ToneSearch& s
     const double threshold = std::max(new_tone, 0.5 * candidate.threshold);
     const ToneGain gain = gain_of(fit, {&candidate.rate, 1});
     if (gain.gain < 0.4 * threshold ||
-        energy({gain.amplitudes[0], candidate.rate}, count) < least) {
+        energy({gain.amplitudes[0], candidate.rate}, count) < minimum) {
       continue;
     }
     std::vector<Complex> rates = rates_around(fit, signal, candidate.rate);

@@ -32,7 +32,7 @@ BinRange join(const BinRange& a, const BinRange& b) {
 }
 
 double separation_of(std::span<const Tone> tones, const Matrix& covariance, std::size_t tone) {
-  double least = std::numeric_limits<double>::infinity();
+  double minimum = std::numeric_limits<double>::infinity();
   for (std::size_t t = 0; t < tones.size(); ++t) {
     if (t == tone) continue;
     double clearest = 0;
@@ -45,9 +45,9 @@ double separation_of(std::span<const Tone> tones, const Matrix& covariance, std:
       const double distance = part == 2 ? apart.real() : apart.imag();
       if (variance > 0) clearest = std::max(clearest, std::abs(distance) / std::sqrt(variance));
     }
-    least = std::min(least, clearest);
+    minimum = std::min(minimum, clearest);
   }
-  return least;
+  return minimum;
 }
 
 bool plausible(const ToneFit& fit, const Tone& tone) {
@@ -93,7 +93,7 @@ ToneGain gain_of(const ToneFit& fit, std::span<const Complex> rates,
   return gain;
 }
 
-std::vector<std::size_t> neighbours(const ToneFit& fit, Complex rate, std::size_t most,
+std::vector<std::size_t> neighbours(const ToneFit& fit, Complex rate, std::size_t maximum,
                                     double alike) {
   const double scale = bins_per_radian(fit);
   std::vector<std::pair<double, std::size_t>> near;
@@ -109,7 +109,7 @@ std::vector<std::size_t> neighbours(const ToneFit& fit, Complex rate, std::size_
     if (apart < width) near.emplace_back(apart / width, k);
   }
   std::sort(near.begin(), near.end());
-  if (near.size() > most) near.resize(most);
+  if (near.size() > maximum) near.resize(maximum);
   std::vector<std::size_t> block;
   for (const auto& [distance, k] : near) block.push_back(k);
   return block;
@@ -232,14 +232,14 @@ namespace {
 /// there, as far as it is more than a 300th of the noise's amplitude: skirts fall with their
 /// distance.
 void update_beyond(ToneFit& fit, const Tone* before, const Tone& after, const BinRange& range) {
-  constexpr double least = 1e-5;  // of the noise's power
+  constexpr double minimum = 1e-5;  // of the noise's power
   double reach = 0;
   const double centre = after.rate.imag() * bins_per_radian(fit);
   for (const std::size_t edge : {range.first, range.last - 1}) {
     Complex change = 0;
     fit.grid->add_part(after, -1, {edge, edge + 1}, {&change, 1});
     if (before) fit.grid->add_part(*before, 1, {edge, edge + 1}, {&change, 1});
-    const double ratio = std::sqrt(std::norm(change) / (least * fit.noise[edge]));
+    const double ratio = std::sqrt(std::norm(change) / (minimum * fit.noise[edge]));
     if (ratio > 1) {
       reach = std::max(reach, ratio * (1 + std::abs(static_cast<double>(edge) - centre)));
     }

@@ -37,10 +37,10 @@ ToneGain gain_of(const ToneFit& fit, std::span<const std::complex<double>> rates
 /// Bins in which a tone of this rate shows.
 BinRange reach_of(const ToneFit& fit, std::complex<double> rate);
 
-/// Tones whose spectra overlap with one of this rate, the nearest `most` of them.
+/// Tones whose spectra overlap with one of this rate, the nearest `maximum` of them.
 /// @param alike  largest ratio of the widths of their lines
-std::vector<std::size_t> neighbours(const ToneFit& fit, std::complex<double> rate, std::size_t most,
-                                    double alike = 30);
+std::vector<std::size_t> neighbours(const ToneFit& fit, std::complex<double> rate,
+                                    std::size_t maximum, double alike = 30);
 
 /// Other tones in place of some, refined together (Levenberg-Marquardt) while all others are held.
 struct Proposal {

@@ -60,8 +60,8 @@ bool acceptable(const ToneFit& fit, const Proposal& proposal, double threshold,
     for (const Tone& other : proposal.tones) {
       const double apart = std::abs(other.rate.imag() - tone.rate.imag());
       const double line = bin + std::abs(other.rate.real()) + std::abs(tone.rate.real());
-      const double least = apart < line ? min_fraction : min_fraction_beside;
-      if (energy(tone, count) < least * energy(other, count)) return false;
+      const double minimum = apart < line ? min_fraction : min_fraction_beside;
+      if (energy(tone, count) < minimum * energy(other, count)) return false;
     }
   }
   return true;

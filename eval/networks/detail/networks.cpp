@@ -204,8 +204,8 @@ class ProductImpl : public nn::Module {
     if (!pool_) return product;
     const torch::Tensor pooled = drop_(product).view({-1, outputs_, factors_}).sum(2);
     // The root's slope at 0 is kept finite.
-    constexpr double least = 1e-12;
-    const torch::Tensor root = torch::sign(pooled) * torch::sqrt(torch::abs(pooled) + least);
+    constexpr double minimum = 1e-12;
+    const torch::Tensor root = torch::sign(pooled) * torch::sqrt(torch::abs(pooled) + minimum);
     return nn::functional::normalize(root, nn::functional::NormalizeFuncOptions().p(2).dim(1));
   }
 

@@ -20,8 +20,8 @@ class PatternValues {
   double not_negative(const std::string& name) const;
   int count(const std::string& name) const;  ///< a whole number from 1 on
   [[noreturn]] void refuse(const std::string& message, const std::string& hint) const;
-  /// A detail that fewer than `least` texels would draw is refused.
-  void check_detail(const std::string& name, double length, double texel, double least) const;
+  /// A detail that fewer than `minimum` texels would draw is refused.
+  void check_detail(const std::string& name, double length, double texel, double minimum) const;
   const std::string& map() const { return map_; }
 
  private:

@@ -105,11 +105,11 @@ double estimate_first_frequency(const mesh::MeridianSize& size, const elements::
 std::vector<Harmonic> count_harmonics(const HarmonicForms& forms, const mesh::MeridianSize& size,
                                       double frequency, core::Trace& trace) {
   const core::ScopedTimer timer(trace.stages["count"]);
-  const double most = largest_wave_number(size, forms.material, frequency) * size.largest_radius;
+  const double maximum = largest_wave_number(size, forms.material, frequency) * size.largest_radius;
   const double top = forms.scales.from_frequency(frequency);
   std::vector<Harmonic> out;
   int empty = 0;
-  for (int n = 0; empty < 3 || n <= most; ++n) {
+  for (int n = 0; empty < 3 || n <= maximum; ++n) {
     Harmonic harmonic;
     harmonic.n = n;
     harmonic.counted =

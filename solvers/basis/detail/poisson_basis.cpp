@@ -126,15 +126,15 @@ eigen::TrueModes estimate(const mesh::TetMesh& mesh, std::span<const elements::E
   constexpr double part = 1.1 / beyond;
   const auto count = found.flexible.size();
   const double top = part * part * system.scales.from_frequency(options.band.max_frequency);
-  std::size_t most =
+  std::size_t maximum =
       std::min(count, static_cast<std::size_t>(part * static_cast<double>(count)) + 1);
-  while (most < count && found.pairs.values[found.flexible[most]] < top) ++most;
+  while (maximum < count && found.pairs.values[found.flexible[maximum]] < top) ++maximum;
   std::vector<double> eigenvalues;
-  for (std::size_t k = 0; k < most; ++k) {
+  for (std::size_t k = 0; k < maximum; ++k) {
     eigenvalues.push_back(found.pairs.values[found.flexible[k]] * system.scales.eigenvalue());
   }
   return eigen::estimate_true_modes(mesh, regions, system, found,
-                                    std::span(found.flexible).first(most), eigenvalues,
+                                    std::span(found.flexible).first(maximum), eigenvalues,
                                     std::min(options.memory_limit / 4, found.spare_memory), comm);
 }
 

@@ -193,14 +193,14 @@ class Lobpcg {
   }
 
   /// M-orthonormal combinations of the last columns, of length 1; those whose squared length is
-  /// less than `least` are dropped.
-  void combine(Index first, double least) {
+  /// less than `minimum` are dropped.
+  void combine(Index first, double minimum) {
     if (w_ == 0) return;
     const auto x = s_.middleCols(first, w_);
     problem_.products->mass(x, ms_.middleCols(first, w_));
     MatrixXd gram = product(x, ms_.middleCols(first, w_));
     const VectorXd values = eigenpairs_alike(gram, problem_.comm);
-    const auto kept = (values.array() > least).count();
+    const auto kept = (values.array() > minimum).count();
     const MatrixXd map =
         gram.rightCols(kept) * values.tail(kept).cwiseSqrt().cwiseInverse().asDiagonal();
     turn(s_, first, map);

@@ -98,9 +98,9 @@ mesh::Meridian shell_meridian(const Shell& shell) {
   joints.insert(joints.end(), {0, mesh::with_edge_layers(length, shell.wall(length)).rbegin()[1]});
   std::sort(joints.begin(), joints.end());
   // Joints that nearly coincide would make slivers of blocks.
-  const double least = 0.2 * shell.thinnest;
+  const double minimum = 0.2 * shell.thinnest;
   joints.erase(std::unique(joints.begin(), joints.end(),
-                           [least](double a, double b) { return b - a < least; }),
+                           [minimum](double a, double b) { return b - a < minimum; }),
                joints.end());
   if (joints.size() == 1) joints.push_back(length);  // a wall thicker than it is long
   joints.back() = length;

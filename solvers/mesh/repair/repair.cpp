@@ -41,7 +41,7 @@ constexpr double finer[] = {1, 0.4};
 constexpr double wrap_misplaced = 0.03;
 
 /// The state of one repair.
-struct Patient {
+struct Repair {
   const MeshFile& file;
   const Diagnosis& diagnosis;
   RepairReport& report;
@@ -73,10 +73,9 @@ std::string symptoms(const Diagnosis& d) {
                        : fmt::format("{}", fmt::join(words, ", "));
 }
 
-[[noreturn]] void refuse(const Patient& patient, const std::string& reason,
-                         const std::string& hint) {
+[[noreturn]] void refuse(const Repair& repair, const std::string& reason, const std::string& hint) {
   throw core::InputError(
-      fmt::format("{}: {} ({})", patient.file.path, reason, symptoms(patient.diagnosis)), hint);
+      fmt::format("{}: {} ({})", repair.file.path, reason, symptoms(repair.diagnosis)), hint);
 }
 
 const char* const sheet_hint =
@@ -107,20 +106,20 @@ bool bounds_a_sum(const std::vector<Triangle>& triangles) {
 }
 
 /// Steps that only drop or merge what is there twice or is nothing.
-void tidy(SurfaceMesh& mesh, Patient& patient) {
-  patient.say(weld(mesh), "merged {} vertices at the same place");
-  patient.say(drop_collapsed(mesh), "dropped {} triangles that name a vertex twice");
-  patient.say(drop_twins(mesh), "dropped {} double triangles");
+void tidy(SurfaceMesh& mesh, Repair& repair) {
+  repair.say(weld(mesh), "merged {} vertices at the same place");
+  repair.say(drop_collapsed(mesh), "dropped {} triangles that name a vertex twice");
+  repair.say(drop_twins(mesh), "dropped {} double triangles");
   if (count_open(mesh).open > 0) {
-    const std::int64_t merged = weld_borders(mesh, crack * patient.diagonal);
-    patient.say(merged, "closed cracks by merging {} vertices");
+    const std::int64_t merged = weld_borders(mesh, crack * repair.diagonal);
+    repair.say(merged, "closed cracks by merging {} vertices");
     drop_collapsed(mesh);
     drop_twins(mesh);
   }
-  patient.say(drop_unreferenced(mesh), "dropped {} vertices without triangles");
+  repair.say(drop_unreferenced(mesh), "dropped {} vertices without triangles");
   const std::int64_t turned = orient_neighbours(mesh);
-  patient.say(turned, "turned {} triangles over");
-  patient.trusted = turned * 10 <= static_cast<std::int64_t>(mesh.triangles.size());
+  repair.say(turned, "turned {} triangles over");
+  repair.trusted = turned * 10 <= static_cast<std::int64_t>(mesh.triangles.size());
 }
 
 /// A result counts only when it is what was promised.
@@ -131,24 +130,24 @@ std::optional<SurfaceMesh> verified(SurfaceMesh mesh) {
 }
 
 /// Cuts, stitches, and fills what the cutting has opened.
-std::optional<SurfaceMesh> closed_manifold(const SurfaceMesh& mesh, Patient& patient) {
+std::optional<SurfaceMesh> closed_manifold(const SurfaceMesh& mesh, Repair& repair) {
   ManifoldChanges changes;
   SurfaceMesh apart = mesh;
   const bool cut = cut_apart(apart) > 0;
   auto manifold = make_manifold(apart, changes);
   if (!manifold) return {};
-  if (cut || changes.cut) patient.say("cut edges and vertices apart where surfaces only touch");
-  patient.say(changes.degenerate, "removed {} triangles without area");
-  const HoleLimits limits{patient.diagonal, area(*manifold), false};
+  if (cut || changes.cut) repair.say("cut edges and vertices apart where surfaces only touch");
+  repair.say(changes.degenerate, "removed {} triangles without area");
+  const HoleLimits limits{repair.diagonal, area(*manifold), false};
   const HoleCount holes = fill_holes(*manifold, limits);
-  patient.say(holes.filled, "filled {} holes left by cutting");
-  patient.say(drop_debris(*manifold), "dropped {} loose scraps");
+  repair.say(holes.filled, "filled {} holes left by cutting");
+  repair.say(drop_debris(*manifold), "dropped {} loose scraps");
   if (manifold->triangles.empty() || !is_closed_and_oriented(manifold->triangles)) return {};
   return manifold;
 }
 
 /// Mends intersections inside pieces; those between pieces are left to resolve_pieces().
-std::optional<SurfaceMesh> without_local_intersections(SurfaceMesh mesh, Patient& patient) {
+std::optional<SurfaceMesh> without_local_intersections(SurfaceMesh mesh, Repair& repair) {
   const auto component = edge_components(mesh.triangles);
   const auto pairs = intersecting_pairs(mesh, 100 * local_pairs);
   std::vector<std::size_t> own_pairs(
@@ -170,75 +169,75 @@ std::optional<SurfaceMesh> without_local_intersections(SurfaceMesh mesh, Patient
     mended += own_pairs[c];
     pieces[c] = std::move(*clean);
   }
-  patient.say(fmt::format("mended {} intersecting pairs of triangles", mended));
+  repair.say(fmt::format("mended {} intersecting pairs of triangles", mended));
   return join(pieces);
 }
 
 /// The way without a wrap: closed pieces in, a body out.
-std::optional<SurfaceMesh> mend(const SurfaceMesh& mesh, Patient& patient) {
-  auto closed = closed_manifold(mesh, patient);
+std::optional<SurfaceMesh> mend(const SurfaceMesh& mesh, Repair& repair) {
+  auto closed = closed_manifold(mesh, repair);
   if (!closed) return {};
-  patient.overlapping = diagnose(*closed).touching_components > 0;
-  patient.volume = nested_volume(*closed);
-  auto local = without_local_intersections(std::move(*closed), patient);
+  repair.overlapping = diagnose(*closed).touching_components > 0;
+  repair.volume = nested_volume(*closed);
+  auto local = without_local_intersections(std::move(*closed), repair);
   if (!local) return {};
-  if (auto body = resolve_pieces(*local, patient.trusted, patient.report)) {
+  if (auto body = resolve_pieces(*local, repair.trusted, repair.report)) {
     if (auto good = verified(std::move(*body))) return good;
   }
   if (!held_together(*local)) {
-    refuse(patient, "bodies touch in an edge or a point alone, where nothing holds them together",
+    refuse(repair, "bodies touch in an edge or a point alone, where nothing holds them together",
            "bodies that belong together must share a face or overlap; others need a gap");
   }
   return {};
 }
 
 /// A sheet with the thickness that was asked for: offset if that works, else wrapped.
-SurfaceMesh thickened(const SurfaceMesh& sheet, Patient& patient) {
-  const double thickness = patient.file.thickness;
+SurfaceMesh thickened(const SurfaceMesh& sheet, Repair& repair) {
+  const double thickness = repair.file.thickness;
   ManifoldChanges changes;
-  const RepairReport so_far = patient.report;
+  const RepairReport so_far = repair.report;
   if (auto manifold = make_manifold(sheet, changes)) {
     std::vector<SurfaceMesh> pieces = split(*manifold, edge_components(manifold->triangles));
     for (SurfaceMesh& piece : pieces) {
       if (!is_closed_and_oriented(piece.triangles)) piece = thicken(piece, thickness);
     }
-    patient.say(fmt::format("gave open sheets a thickness of {:.6g} m", thickness));
-    if (auto body = resolve_pieces(join(pieces), patient.trusted, patient.report)) {
+    repair.say(fmt::format("gave open sheets a thickness of {:.6g} m", thickness));
+    if (auto body = resolve_pieces(join(pieces), repair.trusted, repair.report)) {
       if (auto good = verified(std::move(*body))) return std::move(*good);
     }
   }
-  patient.report = so_far;
-  const double alpha = std::max(thickness, 0.01 * patient.diagonal);
+  repair.report = so_far;
+  const double alpha = std::max(thickness, 0.01 * repair.diagonal);
   SurfaceMesh wrap = alpha_wrap(sheet, alpha, thickness / 2);
   const double expected = area(sheet) * thickness;
   const double volume = signed_volume(wrap);
   auto good = verified(std::move(wrap));
   if (!good || volume > 2 * expected) {
-    refuse(patient, fmt::format("the sheet cannot be given a thickness of {:.6g} m", thickness),
+    refuse(repair, fmt::format("the sheet cannot be given a thickness of {:.6g} m", thickness),
            "a thickness that fits the sheet's folds and gaps helps, or a model with both sides");
   }
-  patient.say(fmt::format("wrapped open sheets at half of the thickness of {:.6g} m", thickness));
+  repair.say(fmt::format("wrapped open sheets at half of the thickness of {:.6g} m", thickness));
   return std::move(*good);
 }
 
 /// The last way: wrap the triangles and pull the wrap back onto them.
-SurfaceMesh wrapped(const SurfaceMesh& mesh, Patient& patient) {
+SurfaceMesh wrapped(const SurfaceMesh& mesh, Repair& repair) {
   const OpenEdges edges = count_open(mesh);
   if (static_cast<double>(edges.open) > loose_edges * static_cast<double>(edges.all)) {
     const auto component = edge_components(mesh.triangles);
     const auto pieces =
         static_cast<std::size_t>(1 + *std::max_element(component.begin(), component.end()));
     if (sheet_triangles * pieces > mesh.triangles.size())
-      refuse(patient,
+      refuse(repair,
              fmt::format("the triangles are loose and bound no body: {} of {} edges are open",
                          edges.open, edges.all),
              "export the object as one connected surface");
-    refuse(patient, "the surface is a sheet and bounds no body", sheet_hint);
+    refuse(repair, "the surface is a sheet and bounds no body", sheet_hint);
   }
   const double given_area = area(mesh);
   double change = 0, misplaced = 0;
   for (const double part : finer) {
-    const double offset = part * patient.file.wrap_tolerance * patient.diagonal;
+    const double offset = part * repair.file.wrap_tolerance * repair.diagonal;
     for (const double multiple : alphas) {
       const SurfaceMesh coarse = alpha_wrap(mesh, multiple * offset, offset);
       if (edges.open > 0 && area(coarse) > coat_area * given_area) continue;
@@ -246,12 +245,12 @@ SurfaceMesh wrapped(const SurfaceMesh& mesh, Patient& patient) {
       if (!body) continue;
       misplaced = misplaced_share(mesh, *body, offset);
       if (misplaced > wrap_misplaced) continue;
-      if (patient.volume) {
-        change = signed_volume(*body) / *patient.volume - 1;
-        const bool too_small = change < -wrap_volume_change && !patient.overlapping;
+      if (repair.volume) {
+        change = signed_volume(*body) / *repair.volume - 1;
+        const bool too_small = change < -wrap_volume_change && !repair.overlapping;
         if (too_small || change > wrap_volume_change) continue;
       }
-      patient.say(
+      repair.say(
           fmt::format("wrapped (alpha {:.3g} m, offset {:.3g} m) and drew the wrap onto the "
                       "triangles",
                       multiple * offset, offset));
@@ -261,55 +260,55 @@ SurfaceMesh wrapped(const SurfaceMesh& mesh, Patient& patient) {
   }
   if (misplaced > wrap_misplaced) {
     refuse(
-        patient,
+        repair,
         fmt::format("a wrap would close gaps or lose walls: {:.0f} % of the surface would not be "
                     "one any more",
                     100 * misplaced),
         "mend it in a modeller; a smaller wrap tolerance may keep thin walls and gaps");
   }
   if (std::abs(change) > wrap_volume_change) {
-    refuse(patient, fmt::format("a wrap would change the volume by {:+.0f} %", 100 * change),
+    refuse(repair, fmt::format("a wrap would change the volume by {:+.0f} %", 100 * change),
            "a smaller wrap tolerance may keep thin walls and hollows");
   }
-  if (edges.open > 0) refuse(patient, "the surface is open and bounds no body", sheet_hint);
-  refuse(patient, "the surface cannot be repaired, nor wrapped by a body like it",
+  if (edges.open > 0) refuse(repair, "the surface is open and bounds no body", sheet_hint);
+  refuse(repair, "the surface cannot be repaired, nor wrapped by a body like it",
          "mend it in a modeller, or try another wrap tolerance");
 }
 
-void refuse_flat(const SurfaceMesh& mesh, const Patient& patient) {
+void refuse_flat(const SurfaceMesh& mesh, const Repair& repair) {
   const Vec3 extent = bounding_box(mesh.vertices).extent();
-  if (!std::isfinite(patient.diagonal) || !(area(mesh) > 0)) {
-    refuse(patient, "the triangles have no area", "");
+  if (!std::isfinite(repair.diagonal) || !(area(mesh) > 0)) {
+    refuse(repair, "the triangles have no area", "");
   }
-  if (extent.minCoeff() < 1e-9 * patient.diagonal && !(patient.file.thickness > 0)) {
-    refuse(patient, "the surface is flat and bounds no body", sheet_hint);
+  if (extent.minCoeff() < 1e-9 * repair.diagonal && !(repair.file.thickness > 0)) {
+    refuse(repair, "the surface is flat and bounds no body", sheet_hint);
   }
 }
 
-SurfaceMesh treat(SurfaceMesh work, Patient& patient) {
-  refuse_flat(work, patient);
-  tidy(work, patient);
-  if (work.triangles.empty()) refuse(patient, "the triangles have no area", "");
+SurfaceMesh treat(SurfaceMesh work, Repair& repair) {
+  refuse_flat(work, repair);
+  tidy(work, repair);
+  if (work.triangles.empty()) refuse(repair, "the triangles have no area", "");
   if (is_closed_and_oriented(work.triangles)) {
-    patient.overlapping = patient.diagnosis.touching_components > 0;
-    patient.volume = nested_volume(work);
-    if (!patient.volume_before) patient.volume_before = patient.volume;
-  } else if (bounds_a_sum(work.triangles) && !patient.volume_before) {
-    patient.volume_before = std::abs(signed_volume(work));
+    repair.overlapping = repair.diagnosis.touching_components > 0;
+    repair.volume = nested_volume(work);
+    if (!repair.volume_before) repair.volume_before = repair.volume;
+  } else if (bounds_a_sum(work.triangles) && !repair.volume_before) {
+    repair.volume_before = std::abs(signed_volume(work));
   }
 
-  const bool sheet_wanted = patient.file.thickness > 0;
-  const HoleCount holes = fill_holes(work, {patient.diagonal, area(work), sheet_wanted});
-  patient.say(holes.filled, "filled {} holes");
-  patient.say(drop_debris(work), "dropped {} loose scraps");
+  const bool sheet_wanted = repair.file.thickness > 0;
+  const HoleCount holes = fill_holes(work, {repair.diagonal, area(work), sheet_wanted});
+  repair.say(holes.filled, "filled {} holes");
+  repair.say(drop_debris(work), "dropped {} loose scraps");
   if (count_open(work).open > 0) {
-    if (sheet_wanted) return thickened(work, patient);
-    return wrapped(work, patient);
+    if (sheet_wanted) return thickened(work, repair);
+    return wrapped(work, repair);
   }
-  const RepairReport so_far = patient.report;
-  if (auto body = mend(work, patient)) return std::move(*body);
-  patient.report = so_far;
-  return wrapped(work, patient);
+  const RepairReport so_far = repair.report;
+  if (auto body = mend(work, repair)) return std::move(*body);
+  repair.report = so_far;
+  return wrapped(work, repair);
 }
 
 }  // namespace
@@ -331,17 +330,17 @@ SurfaceMesh repair(const SurfaceMesh& mesh, const MeshFile& file, Diagnosis& dia
                                        file.path, file.thickness));
   }
   report.used_as_is = false;
-  Patient patient{file, diagnosis, report, bounding_box(mesh.vertices).extent().norm()};
+  Repair repair{file, diagnosis, report, bounding_box(mesh.vertices).extent().norm()};
   if (diagnosis.closed && diagnosis.misoriented_edges == 0) {
-    patient.volume_before = std::abs(diagnosis.volume);
+    repair.volume_before = std::abs(diagnosis.volume);
   }
-  SurfaceMesh body = treat(mesh, patient);
+  SurfaceMesh body = treat(mesh, repair);
   const auto pieces = split(body, edge_components(body.triangles));
   if (pieces.size() > 1) {
-    patient.say(fmt::format("the object consists of {} closed surfaces", pieces.size()));
+    repair.say(fmt::format("the object consists of {} closed surfaces", pieces.size()));
   }
   // What was taken for solid on either side of an inner surface counts once.
-  const double before = patient.volume_before.value_or(0) - report.swallowed_volume;
+  const double before = repair.volume_before.value_or(0) - report.swallowed_volume;
   report.volume_change =
       before > 0 ? signed_volume(body) / before - 1 : std::numeric_limits<double>::quiet_NaN();
   report.area_change = diagnosis.area > 0 ? area(body) / diagnosis.area - 1

@@ -65,9 +65,10 @@ RemeshPlan make_plan(const SizeField& field, const SurfaceMesh& surface,
   // A surface full of detail, or noisy, is followed less closely before it takes far more elements
   // than a plain one would.
   const double plain = field.tetrahedra(plan.coarsest, no_limit);
-  const double most = std::min(0.8 * static_cast<double>(options.max_elements), 1.5 * plain + 1500);
+  const double maximum =
+      std::min(0.8 * static_cast<double>(options.max_elements), 1.5 * plain + 1500);
   constexpr double max_relaxed = 100;
-  while (plan.relax < max_relaxed && expected_count(surface, field, plan) > most)
+  while (plan.relax < max_relaxed && expected_count(surface, field, plan) > maximum)
     plan.relax *= 1.25;
   return plan;
 }
@@ -156,7 +157,8 @@ MeshResult tetrahedralise(const SurfaceMesh& surface, const MeshOptions& options
       const bool near = follows_surface(made.quality, longest);
       const bool slivers = !sharp && made.quality.min_dihedral_deg < small_angle_deg;
       if (!best || is_better(made.quality, best->quality, longest)) best = std::move(made);
-      // Chords that nearly cross leave flat elements; where smaller ones do too, it is not for that.
+      // Chords that nearly cross leave flat elements; where smaller ones do too, it is not for
+      // that.
       if (near && (!slivers || ++tries_with_slivers == 2)) break;
     } catch (const core::LimitError&) {
       if (best) break;

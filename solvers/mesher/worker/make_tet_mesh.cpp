@@ -104,13 +104,13 @@ constexpr double max_added_elements = 6000, max_added_share = 0.3;
 /// are judged without: layers are thin on purpose.
 void add_edge_layers(mesh::MeshResult& result, const mesh::MeshOptions& options) {
   const auto before = static_cast<double>(result.mesh.element_count());
-  const double most =
+  const double maximum =
       std::min({static_cast<double>(options.max_elements), max_layer_growth * before,
                 before + std::max(max_added_elements, max_added_share * before)});
   for (int layers = options.edge_layers; layers > 0; --layers) {
     mesh::TetMesh graded = mesh::grade_to_edges(result.mesh, layers);
     const auto count = static_cast<std::int64_t>(graded.element_count());
-    if (static_cast<double>(count) > most) continue;
+    if (static_cast<double>(count) > maximum) continue;
     result.mesh = std::move(graded);
     result.quality.elements = count;
     result.quality.nodes = static_cast<std::int64_t>(result.mesh.nodes.size());

@@ -358,16 +358,16 @@ std::vector<double> BulletWorld::tensions() const {
 }
 
 int BulletWorld::parts(double seconds) const {
-  double most = 1;
+  double maximum = 1;
   for (std::size_t b = 0; b < impl_->rigid.size(); ++b) {
     if (impl_->held[b] || impl_->out[b]) continue;
     const CollisionShape& shape = impl_->shapes[b];
     const BodyState now = state(b);
     const double turning = impl_->bodies[b].ball_radius > 0 ? 0 : now.spin.norm() * shape.reach;
     const double way = (now.velocity.norm() + turning) * seconds;
-    most = std::max(most, way / (longest_way * shape.thinnest));
+    maximum = std::max(maximum, way / (longest_way * shape.thinnest));
   }
-  return static_cast<int>(std::min<double>(std::ceil(most), max_substep_count + 1.0));
+  return static_cast<int>(std::min<double>(std::ceil(maximum), max_substep_count + 1.0));
 }
 
 void BulletWorld::release(std::size_t body) {

@@ -63,7 +63,7 @@ double ContactTracker::speed_bound(const std::array<std::size_t, 2>& pair,
 ContactTracker::Track* ContactTracker::find(const SolvedContact& contact, const Vec3& place,
                                             double time, std::span<const BodyState> states) {
   Track* nearest = nullptr;
-  double least = std::numeric_limits<double>::infinity();
+  double minimum = std::numeric_limits<double>::infinity();
   const auto& pair = contact.bodies;
   const auto tracks = tracks_.find(pair);
   if (tracks == tracks_.end()) return nullptr;
@@ -74,8 +74,8 @@ ContactTracker::Track* ContactTracker::find(const SolvedContact& contact, const 
   for (Track& track : tracks->second) {
     const double distance = (track.place - place).norm();
     const double reach = near + 1.5 * speed * (time - track.last);
-    if (distance > reach || distance >= least) continue;
-    least = distance;
+    if (distance > reach || distance >= minimum) continue;
+    minimum = distance;
     nearest = &track;
   }
   return nearest;

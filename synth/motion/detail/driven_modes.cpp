@@ -78,11 +78,11 @@ void DrivenModes::strike(const Eigen::VectorXd& excitation, const modal::Contact
 }
 
 std::uint64_t DrivenModes::until_strike() const {
-  std::uint64_t least = std::numeric_limits<std::uint64_t>::max();
+  std::uint64_t minimum = std::numeric_limits<std::uint64_t>::max();
   for (const DrivenStrike& strike : strikes_) {
-    least = std::min(least, strike.first > position_ ? strike.first - position_ : 0);
+    minimum = std::min(minimum, strike.first > position_ ? strike.first - position_ : 0);
   }
-  return least;
+  return minimum;
 }
 
 DrivenModes::Weights DrivenModes::weights_of(const modal::Readout& readout) const {

@@ -60,7 +60,7 @@ Vector2d refine(const SurfaceMap& relief, const Vector2d& size, const BallSide& 
                 const Vector2d& start) {
   const double reach = 1.5 * relief.texel;
   Vector2d best = start;
-  double least = ball.height(start) - render::maps::height_at(relief, start);
+  double minimum = ball.height(start) - render::maps::height_at(relief, start);
   Vector2d uv = start;
   for (int step = 0; step < 12; ++step) {
     const render::maps::SurfaceDetail detail = render::maps::detail_at(relief, uv);
@@ -81,9 +81,9 @@ Vector2d refine(const SurfaceMap& relief, const Vector2d& size, const BallSide& 
       const double height = ball.height(next);
       if (!std::isfinite(height)) continue;
       const double distance = height - render::maps::height_at(relief, next);
-      if (distance >= least) continue;
+      if (distance >= minimum) continue;
       better = true;
-      least = distance;
+      minimum = distance;
       best = uv = next;
     }
     if (!better || move.norm() < 1e-4 * relief.texel) break;
@@ -149,11 +149,11 @@ std::vector<ReliefContact> ball_on_relief(const ReliefPeaks& peaks, const Vector
         const double here = at(u, v);
         if (!(here < near)) continue;
         // Of equal neighbours the first counts.
-        const bool least = here < at(u - 1, v - 1) && here < at(u, v - 1) &&
-                           here < at(u + 1, v - 1) && here < at(u - 1, v) && here <= at(u + 1, v) &&
-                           here <= at(u - 1, v + 1) && here <= at(u, v + 1) &&
-                           here <= at(u + 1, v + 1);
-        if (least) add(centre_of(relief, u, v));
+        const bool minimum = here < at(u - 1, v - 1) && here < at(u, v - 1) &&
+                             here < at(u + 1, v - 1) && here < at(u - 1, v) &&
+                             here <= at(u + 1, v) && here <= at(u - 1, v + 1) &&
+                             here <= at(u, v + 1) && here <= at(u + 1, v + 1);
+        if (minimum) add(centre_of(relief, u, v));
       }
     }
   }

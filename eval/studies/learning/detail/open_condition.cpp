@@ -46,7 +46,7 @@ std::vector<Selection> OpenCondition::last_of(Part part, std::size_t count,
 }
 
 std::vector<std::string> common_keys(const OpenCondition& target, const OpenCondition& other,
-                                     std::size_t most) {
+                                     std::size_t maximum) {
   const auto names = [](const learning::SampleSource& source) {
     std::vector<std::string> keys = source.keys(), strikes = source.strike_names();
     for (std::size_t i = 0; i < keys.size(); ++i) keys[i] += " " + strikes[i];
@@ -58,7 +58,7 @@ std::vector<std::string> common_keys(const OpenCondition& target, const OpenCond
   for (const std::uint32_t row : target.samples.rows(Part::test)) {
     if (there.count(own[row]) > 0) common.push_back(target.samples.keys[row]);
   }
-  const std::size_t count = std::min(most, common.size());
+  const std::size_t count = std::min(maximum, common.size());
   for (std::size_t i = 0; i < count; ++i) some.push_back(common[i * common.size() / count]);
   return some;
 }

@@ -29,6 +29,6 @@ struct OpenCondition {
 /// Keys of so many of the sounds that both have, evenly chosen from the target's part that is
 /// tested.
 std::vector<std::string> common_keys(const OpenCondition& target, const OpenCondition& other,
-                                     std::size_t most);
+                                     std::size_t maximum);
 
 }  // namespace carillon::eval::studies

@@ -240,10 +240,10 @@ void Run::require_enough() {
   if (!spec_.mixed_with) return;
   const Condition& named = datasets_.conditions()[*spec_.mixed_with];
   const OpenCondition& other = opened(*spec_.mixed_with);
-  const double least = *std::min_element(spec_.fractions.begin(), spec_.fractions.end());
+  const double minimum = *std::min_element(spec_.fractions.begin(), spec_.fractions.end());
   const std::size_t all = target_.part(Part::train, 1).size();
   const std::size_t wanted =
-      all - static_cast<std::size_t>(std::llround(least * static_cast<double>(all)));
+      all - static_cast<std::size_t>(std::llround(minimum * static_cast<double>(all)));
   const std::size_t there = other.part(Part::train, 0).size();
   mpi::agreed(world_, [&] {
     if (all == 0) {
@@ -253,7 +253,7 @@ void Run::require_enough() {
     if (wanted <= there) return;
     throw core::InputError(
         fmt::format("a mix with {:.0f} % of {} takes {} samples of {}, which has {} for training",
-                    100 * least, spec_.target.name, wanted, named.name, there),
+                    100 * minimum, spec_.target.name, wanted, named.name, there),
         "build more of them, or leave small shares out");
   });
 }

@@ -68,9 +68,9 @@ double MshSource::number(const char* what) {
   return value;
 }
 
-std::int64_t MshSource::count(std::int64_t value, std::size_t least, const char* what) const {
-  const auto most = static_cast<std::int64_t>((bytes_.size() - position_) / least);
-  if (value < 0 || value > most) {
+std::int64_t MshSource::count(std::int64_t value, std::size_t minimum, const char* what) const {
+  const auto maximum = static_cast<std::int64_t>((bytes_.size() - position_) / minimum);
+  if (value < 0 || value > maximum) {
     fail(fmt::format("{} {}: more than the rest of the file can hold", value, what));
   }
   return value;

@@ -24,8 +24,8 @@ class MshSource {
   std::int64_t integer(const char* what);  ///< int32
   std::int64_t size(const char* what);     ///< size_t of MSH 4.1
   double number(const char* what);         ///< double, finite
-  /// A count of things that each take `least` bytes or more of the rest of the file.
-  std::int64_t count(std::int64_t value, std::size_t least, const char* what) const;
+  /// A count of things that each take `minimum` bytes or more of the rest of the file.
+  std::int64_t count(std::int64_t value, std::size_t minimum, const char* what) const;
 
   /// Steps over the line feed that stands before binary data.
   void begin_binary();
