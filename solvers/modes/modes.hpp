@@ -100,9 +100,9 @@ struct Modes {
 /// lambda scales with modulus / (density length^2), shapes with (density length^3)^-1/2. Exact.
 Modes rescale(const Modes& modes, double length, double modulus, double density);
 
-/// How many of ascending eigenvalues to take when at most `maximum` are wanted: a cluster of repeated
-/// ones (within 1e-4) is taken whole or left out, so that a sum over modes does not depend on the
-/// basis within it. Only a cluster that begins the list is cut.
+/// How many of ascending eigenvalues to take when at most `maximum` are wanted: a cluster of
+/// repeated ones (within 1e-4) is taken whole or left out, so that a sum over modes does not depend
+/// on the basis within it. Only a cluster that begins the list is cut.
 std::size_t whole_clusters(std::span<const double> eigenvalues, std::size_t maximum);
 
 /// The modes of a set that lie in a band within the one it was made for, the lowest max_modes of

@@ -149,13 +149,15 @@ SurfaceMesh turned(SurfaceMesh surface) {
   return surface;
 }
 
-/// A body of one of some kinds, in elements of a drawn order and size.
-mesh::MeshResult filled(std::span<SurfaceMesh (*const)()> kinds, double& longest, Seen& seen) {
+/// A body of one of some kinds, in elements of a drawn order and size: automatic, a quarter of the
+/// longest side, or one in `finest`.
+mesh::MeshResult filled(std::span<SurfaceMesh (*const)()> kinds, int finest, double& longest,
+                        Seen& seen) {
   const SurfaceMesh surface = turned(kinds[*rc::gen::inRange<std::size_t>(0, kinds.size())]());
   longest = mesh::bounding_box(surface.vertices).longest_side();
   mesh::MeshOptions options;
   options.order = *rc::gen::inRange(1, 5);
-  options.element_size = *rc::gen::element(0.0, longest / 4, longest / 12);
+  options.element_size = *rc::gen::element(0.0, longest / 4, longest / finest);
   mesh::MeshResult result = mesh::tetrahedra::tetrahedralise(surface, options);
   RC_LOG() << "order " << options.order << ", size " << options.element_size << ": "
            << result.quality.elements << " elements, volume " << result.quality.volume_error
@@ -172,7 +174,7 @@ TEST(KeptBodies, PlaneFacesAndTheirEdges) {
   EXPECT_TRUE(rc::check("volume, area, distance and angles", [&seen] {
     constexpr std::array<SurfaceMesh (*)(), 5> kinds{box, l_section, u_section, comb, tray};
     double longest = 0;
-    const mesh::MeshResult result = filled(kinds, longest, seen);
+    const mesh::MeshResult result = filled(kinds, 12, longest, seen);
     RC_ASSERT(std::abs(result.quality.volume_error) < 1e-10);
     RC_ASSERT(std::abs(result.quality.area_error) < 1e-10);
     RC_ASSERT(result.quality.hausdorff < 1e-10 * longest);
@@ -185,7 +187,7 @@ TEST(KeptBodies, CurvedSurfaces) {
   EXPECT_TRUE(rc::check("volume and angles", [&seen] {
     constexpr std::array<SurfaceMesh (*)(), 5> kinds{ellipsoid, torus, tube, bowl, vase};
     double longest = 0;
-    const mesh::MeshResult result = filled(kinds, longest, seen);
+    const mesh::MeshResult result = filled(kinds, 7, longest, seen);
     RC_ASSERT(std::abs(result.quality.volume_error) < 1e-4);
     RC_ASSERT(result.quality.hausdorff < 0.02 * longest);
     RC_ASSERT(result.quality.min_dihedral_deg > 3);
