@@ -214,7 +214,7 @@ void compute_features(const SoundBlock& block, const Condition& condition,
   std::vector<double> times;
   if (shard.has("room_rt60"))
     times = shard.read_rows<double>("room_rt60", block.first, block.count);
-  const std::size_t octaves = times.size() / block.count;
+  const std::size_t octaves = times.size() / std::max<std::size_t>(block.count, 1);
   for (std::size_t k = 0; k < block.count; ++k) {
     const auto begin = times.begin() + static_cast<std::ptrdiff_t>(k * octaves);
     features::FeatureOptions options = source.options;
