@@ -144,7 +144,7 @@ void add_object_options(Command& command, ObjectOptions& options) {
   command
       .option("--max-unknowns", options.max_unknowns,
               "of refinements for --pitch-cents: those that take more are left out, and a first "
-              "setting above it is solved at order 2")
+              "setting above it is solved at a lower order")
       .range(1, 1000000000)
       .show_default("120000");
   command

@@ -62,8 +62,8 @@ double mean_range(const ScoreRows& logits) {
   double sum = 0;
   for (std::size_t i = 0; i < logits.samples(); ++i) {
     const auto row = logits.row(i);
-    const auto [minimum, greatest] = std::minmax_element(row.begin(), row.end());
-    sum += *greatest - *minimum;
+    const auto [minimum, maximum] = std::minmax_element(row.begin(), row.end());
+    sum += *maximum - *minimum;
   }
   return sum / static_cast<double>(logits.samples());
 }

@@ -96,18 +96,18 @@ void add_poses(const configuration::BuildConfig& config, const Simulation& simul
 /// The strongest strikes, in order of time; rows beyond are NaN, bodies -1.
 void add_strikes(const configuration::BuildConfig& config, const Simulation& simulation,
                  core::Columns& columns) {
-  const auto maximum = static_cast<std::size_t>(config.motion->kept_strikes);
+  const auto rows = static_cast<std::size_t>(config.motion->kept_strikes);
   std::vector<const synth::motion::Impact*> kept;
   for (const synth::motion::Impact& impact : simulation.motion.impacts) kept.push_back(&impact);
   std::stable_sort(kept.begin(), kept.end(), [](const auto* a, const auto* b) {
     return a->impulse.squaredNorm() > b->impulse.squaredNorm();
   });
-  kept.resize(std::min(kept.size(), maximum));
+  kept.resize(std::min(kept.size(), rows));
   std::stable_sort(kept.begin(), kept.end(),
                    [](const auto* a, const auto* b) { return a->time < b->time; });
-  std::vector<double> times(maximum, none), points(3 * maximum, none), normals(3 * maximum, none),
-      impulses(3 * maximum, none), speeds(maximum, none), durations(maximum, none);
-  std::vector<std::int64_t> bodies(2 * maximum, -1);
+  std::vector<double> times(rows, none), points(3 * rows, none), normals(3 * rows, none),
+      impulses(3 * rows, none), speeds(rows, none), durations(rows, none);
+  std::vector<std::int64_t> bodies(2 * rows, -1);
   for (std::size_t k = 0; k < kept.size(); ++k) {
     const synth::motion::Impact& impact = *kept[k];
     times[k] = impact.time;
@@ -126,13 +126,13 @@ void add_strikes(const configuration::BuildConfig& config, const Simulation& sim
     }
   }
   columns.add("strikes", static_cast<std::int64_t>(simulation.motion.impacts.size()));
-  columns.add<double>("strike_time", times, {maximum});
-  columns.add<std::int64_t>("strike_bodies", bodies, {maximum, 2});
-  columns.add<double>("strike_point", points, {maximum, 3});
-  columns.add<double>("strike_normal", normals, {maximum, 3});
-  columns.add<double>("strike_impulse", impulses, {maximum, 3});
-  columns.add<double>("strike_speed", speeds, {maximum});
-  columns.add<double>("strike_duration", durations, {maximum});
+  columns.add<double>("strike_time", times, {rows});
+  columns.add<std::int64_t>("strike_bodies", bodies, {rows, 2});
+  columns.add<double>("strike_point", points, {rows, 3});
+  columns.add<double>("strike_normal", normals, {rows, 3});
+  columns.add<double>("strike_impulse", impulses, {rows, 3});
+  columns.add<double>("strike_speed", speeds, {rows});
+  columns.add<double>("strike_duration", durations, {rows});
   columns.add("lasting_contacts", static_cast<std::int64_t>(simulation.motion.contacts.size()));
 }
 

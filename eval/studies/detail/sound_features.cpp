@@ -166,16 +166,11 @@ std::vector<SoundBlock> sound_blocks(const EvaluatedDatasets& datasets,
       const auto listed = files.find(task.key + ".h5");
       if (task.kind != dataset::plan::TaskKind::samples || listed == files.end()) continue;
       for (std::size_t s = 0; s < sources.size(); ++s) {
-        const std::size_t maximum = sources[s].truth ? truths_per_block : sounds_per_block;
-        for (std::size_t first = 0; first < task.count; first += maximum) {
-          SoundBlock block{c,
-                           s,
-                           t,
-                           first,
-                           std::min(maximum, task.count - first),
-                           condition.folder / listed->first,
-                           "",
-                           ""};
+        const std::size_t size = sources[s].truth ? truths_per_block : sounds_per_block;
+        for (std::size_t first = 0; first < task.count; first += size) {
+          SoundBlock block{
+              c,  s, t, first, std::min(size, task.count - first), condition.folder / listed->first,
+              "", ""};
           block.key = fmt::format("{}/{}/{}+{}", sources[s].name, condition.name, task.key, first);
           const std::string name = core::sha256(fmt::format("{}\n{} {}\n{}", listed->second, first,
                                                             block.count, text_of(sources[s])));

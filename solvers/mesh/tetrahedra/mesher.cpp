@@ -157,8 +157,7 @@ MeshResult tetrahedralise(const SurfaceMesh& surface, const MeshOptions& options
       const bool near = follows_surface(made.quality, longest);
       const bool slivers = !sharp && made.quality.min_dihedral_deg < small_angle_deg;
       if (!best || is_better(made.quality, best->quality, longest)) best = std::move(made);
-      // Chords that nearly cross leave flat elements; where smaller ones do too, it is not for
-      // that.
+      // Chords that nearly cross leave flat elements, which smaller ones mend at once or never.
       if (near && (!slivers || ++tries_with_slivers == 2)) break;
     } catch (const core::LimitError&) {
       if (best) break;
