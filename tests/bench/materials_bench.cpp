@@ -52,7 +52,7 @@ struct Outcome {
   double ratios_apart = 0;         ///< [s], one solve for each Poisson's ratio
   core::Trace trace;
   double worst_error = 0, worst_bound = 0;  ///< [cents]
-  std::size_t fewest = 1000000, most = 0;
+  std::size_t fewest = 1000000, maximum = 0;
 };
 
 /// Materials of equal Poisson's ratio are one request, in the band of the slowest: what a build
@@ -97,7 +97,7 @@ Outcome compare(const solvers::mesh::TetMesh& mesh,
   for (std::size_t i = 0; i < sets.size(); ++i) {
     out.worst_bound = std::max(out.worst_bound, sets[i].certificate.basis_error);
     out.fewest = std::min(out.fewest, sets[i].size());
-    out.most = std::max(out.most, sets[i].size());
+    out.maximum = std::max(out.maximum, sets[i].size());
     if (sets[i].size() != own[i].size()) {
       fmt::print("nu {}: {} modes instead of {}\n", requests[i].regions[0].poisson_ratio,
                  sets[i].size(), own[i].size());
@@ -116,7 +116,7 @@ void print_row(const std::string& name, std::int64_t unknowns, const char* task,
   fmt::print(
       "| {} | {} | {} | {} to {} | {} | {:.1f} | {:.1f} | {:.1f} | {:.1f} | {:.1f} | {:.4f} | "
       "{:.4f} |\n",
-      name, unknowns, task, out.fewest, out.most, out.trace.stages["solve"].calls, out.together,
+      name, unknowns, task, out.fewest, out.maximum, out.trace.stages["solve"].calls, out.together,
       out.apart, out.apart / out.together, out.ratios_apart, out.ratios_apart / out.together,
       out.worst_error, out.worst_bound);
   fmt::print("|   | | | | | of these basis {:.1f}, ritz {:.1f}; {} materials |\n",

@@ -22,14 +22,14 @@ constexpr double rate = 44100;
 
 /// Least of five means of twenty runs: other programs do not count, nor do cold caches.
 void time(const std::string& name, const std::function<void(std::uint64_t)>& work) {
-  double least = 1e9;
+  double minimum = 1e9;
   std::uint64_t item = 0;
   for (int round = 0; round < 5; ++round) {
     const std::clock_t begin = std::clock();
     for (int run = 0; run < 20; ++run) work(++item);
-    least = std::min(least, static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC / 20);
+    minimum = std::min(minimum, static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC / 20);
   }
-  fmt::print("{:32} {:8.3f} ms\n", name, 1e3 * least);
+  fmt::print("{:32} {:8.3f} ms\n", name, 1e3 * minimum);
 }
 
 void run(const std::filesystem::path& folder) {

@@ -16,13 +16,13 @@ namespace {
 /// Processor time of one call, the least of several.
 template <class Work>
 double milliseconds(int times, const Work& work) {
-  double least = 1e9;
+  double minimum = 1e9;
   for (int i = 0; i < times; ++i) {
     const std::clock_t start = std::clock();
     work();
-    least = std::min(least, 1e3 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC);
+    minimum = std::min(minimum, 1e3 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC);
   }
-  return least;
+  return minimum;
 }
 
 void measure(double rt60) {

@@ -44,13 +44,13 @@ using Clock = std::chrono::steady_clock;
 /// Least seconds of some calls.
 template <class Call>
 double min_seconds(int calls, const Call& call) {
-  double least = 1e9;
+  double minimum = 1e9;
   for (int i = 0; i < calls; ++i) {
     const auto start = Clock::now();
     call(i);
-    least = std::min(least, std::chrono::duration<double>(Clock::now() - start).count());
+    minimum = std::min(minimum, std::chrono::duration<double>(Clock::now() - start).count());
   }
-  return least;
+  return minimum;
 }
 
 /// Bytes that are allocated at this moment.

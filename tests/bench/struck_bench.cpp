@@ -19,13 +19,13 @@ constexpr double audio_rate = 44100;
 /// Processor seconds of one call, the least of seven rounds.
 template <class Work>
 double seconds(int calls, const Work& work) {
-  double least = 1e9;
+  double minimum = 1e9;
   for (int round = 0; round < 7; ++round) {
     const std::clock_t start = std::clock();
     for (int k = 0; k < calls; ++k) work(k);
-    least = std::min(least, static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC / calls);
+    minimum = std::min(minimum, static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC / calls);
   }
-  return least;
+  return minimum;
 }
 
 void strikers() {

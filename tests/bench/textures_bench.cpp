@@ -19,13 +19,13 @@ using render::maps::SurfaceMap;
 
 /// Least of some runs [s]: other programs do not count, nor do cold caches.
 double seconds(int runs, const std::function<void()>& work) {
-  double least = std::numeric_limits<double>::infinity();
+  double minimum = std::numeric_limits<double>::infinity();
   for (int run = 0; run < runs; ++run) {
     const std::clock_t begin = std::clock();
     work();
-    least = std::min(least, static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC);
+    minimum = std::min(minimum, static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC);
   }
-  return least;
+  return minimum;
 }
 
 void time_sampling(const SurfaceMap& relief) {
@@ -41,11 +41,11 @@ void time_sampling(const SurfaceMap& relief) {
   const SurfaceMap normals = render::maps::normal_map_of(relief);
   const auto time = [&](const char* name, const auto& at, const SurfaceMap& map) {
     for (const auto* places : {&along, &scattered}) {
-      const double least = seconds(5, [&] {
+      const double minimum = seconds(5, [&] {
         for (const auto& uv : *places) kept += at(map, uv);
       });
       fmt::print("{:28} {:10} {:6.1f} ns\n", name, places == &along ? "on a path" : "scattered",
-                 1e9 * least / count);
+                 1e9 * minimum / count);
     }
   };
   const auto height = [](const auto& map, const auto& uv) { return height_at(map, uv); };
@@ -74,9 +74,9 @@ void time_tracing(const SurfaceMap& relief) {
 void run(const std::filesystem::path& folder) {
   for (const auto& generated : render::maps::generated_maps()) {
     SurfaceMap map;
-    const double least =
+    const double minimum =
         seconds(3, [&] { map = render::maps::generate_map(generated.name, {}, 512, 1); });
-    fmt::print("{:28} {:4} x {:4} {:8.3f} s\n", generated.name, map.width, map.height, least);
+    fmt::print("{:28} {:4} x {:4} {:8.3f} s\n", generated.name, map.width, map.height, minimum);
     if (!folder.empty()) render::maps::write_map(folder / (generated.name + ".png"), map);
   }
   const SurfaceMap brick = render::maps::generate_map("brick", {}, 512, 1);

@@ -147,14 +147,14 @@ TEST_F(ScheduleTest, NodesHaveTheMemoryThatTheConfigurationSays) {
   EXPECT_EQ(free.refused, 0);
   EXPECT_EQ(free.memory_wait, 0);
   EXPECT_EQ(on_two(1e12).went.makespan, free.makespan);
-  double most = 0;
-  for (const mpi::Task& task : tasks) most = std::max(most, task.memory);
-  const run::SimulatedSchedule tight = on_two(most + 1);
+  double maximum = 0;
+  for (const mpi::Task& task : tasks) maximum = std::max(maximum, task.memory);
+  const run::SimulatedSchedule tight = on_two(maximum + 1);
   EXPECT_EQ(tight.went.refused, 0);
   EXPECT_EQ(tight.limited_by, "memory of nodes");
   EXPECT_NEAR(tight.went.makespan, 2 * free.shared_work, 0.1);
   EXPECT_GT(tight.went.memory_wait, 0);
-  EXPECT_LE(tight.went.node_memory, most + 1);
+  EXPECT_LE(tight.went.node_memory, maximum + 1);
   const run::SimulatedSchedule none = on_two(1);
   EXPECT_EQ(none.went.refused, 4);
   EXPECT_EQ(none.last_task, "");

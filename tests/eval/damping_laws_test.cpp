@@ -32,11 +32,11 @@ damping::DampingData on_curve(const DampingModel& model, std::size_t points = 40
 double difference(const DampingModel& a, const DampingModel& b, const damping::DampingData& data) {
   const auto ca = synth::damping::damping_coefficients(a, data.eigenvalues);
   const auto cb = synth::damping::damping_coefficients(b, data.eigenvalues);
-  double most = 0;
+  double maximum = 0;
   for (std::size_t i = 0; i < ca.size(); ++i) {
-    most = std::max(most, std::abs(ca[i] - cb[i]) / std::abs(cb[i]));
+    maximum = std::max(maximum, std::abs(ca[i] - cb[i]) / std::abs(cb[i]));
   }
-  return most;
+  return maximum;
 }
 
 struct Case {

@@ -229,10 +229,10 @@ TEST(FitDamping, ByLowerBoundIsTheClosestCurveBelow) {
       damping::fit_damping(data, {synth::damping::DampingKind::hybrid, 3, ""},
                            {damping::Estimator::lower_bound, false, false});
   const auto found = synth::damping::damping_coefficients(fit.model, data.eigenvalues);
-  double least = 0;
+  double minimum = 0;
   for (std::size_t i = 0; i < data.size(); ++i) {
     EXPECT_LE(found[i], data.coefficients[i] * (1 + 1e-9));
-    least += data.coefficients[i] - found[i];
+    minimum += data.coefficients[i] - found[i];
   }
   core::RandomStream random(1, 0, "test.below");
   for (int trial = 0; trial < 3000; ++trial) {
@@ -246,7 +246,7 @@ TEST(FitDamping, ByLowerBoundIsTheClosestCurveBelow) {
       factor = std::min(factor, data.coefficients[i] / c[i]);
     }
     for (std::size_t i = 0; i < c.size(); ++i) sum += data.coefficients[i] - factor * c[i];
-    EXPECT_GE(sum, least * (1 - 1e-9));
+    EXPECT_GE(sum, minimum * (1 - 1e-9));
   }
 }
 

@@ -206,8 +206,8 @@ TEST(DampingFitHard, CaugheyWithAlternatingSigns) {
             << name << ", " << damping::name_of(estimator) << ", alpha" << k + 1;
       }
       // With excess of a fifth of the smallest damping, found again within it.
-      const double least = *std::min_element(exact.begin(), exact.end());
-      for (double& c : data.coefficients) c -= 0.2 * least * std::log1p(-random.uniform());
+      const double minimum = *std::min_element(exact.begin(), exact.end());
+      for (double& c : data.coefficients) c -= 0.2 * minimum * std::log1p(-random.uniform());
       expect_sound(fit(data, "caughey:3", estimator));
     }
   }

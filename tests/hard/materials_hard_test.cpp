@@ -46,14 +46,14 @@ TEST(Hard, NearlyIncompressibleSphere) {
     double nu;
     double cents[3];  ///< at orders 2, 3 and 4
   };
-  for (const auto& [nu, most] : {Limit{0.3, {60, 4, 0.4}},
-                                 {0.49, {110, 9, 0.9}},
-                                 {0.499, {220, 28, 3}},
-                                 {0.4999, {420, 70, 9}}}) {
+  for (const auto& [nu, maximum] : {Limit{0.3, {60, 4, 0.4}},
+                                    {0.49, {110, 9, 0.9}},
+                                    {0.499, {220, 28, 3}},
+                                    {0.4999, {420, 70, 9}}}) {
     double before = 1e9;
     for (int order = 2; order <= 4; ++order) {
       const double error = sphere_error(nu, order);
-      EXPECT_LT(error, most[order - 2]) << "nu " << nu << " order " << order;
+      EXPECT_LT(error, maximum[order - 2]) << "nu " << nu << " order " << order;
       EXPECT_LT(error, before / 5) << "nu " << nu << " order " << order;
       before = error;
     }
@@ -185,8 +185,8 @@ TEST(Hard, DensityContrastOfAMillion) {
     const auto axial = axial_modes(modes);
     ASSERT_GE(axial.size(), 1u);
     const double found = modes.frequency(axial[0]);
-    const double most[] = {5, 0.1, 0.001};
-    EXPECT_LT(std::abs(cents(found, axial_root(heavy, light, 0.05, found))), most[order - 2]);
+    const double maximum[] = {5, 0.1, 0.001};
+    EXPECT_LT(std::abs(cents(found, axial_root(heavy, light, 0.05, found))), maximum[order - 2]);
   }
 }
 

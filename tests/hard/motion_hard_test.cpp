@@ -111,15 +111,15 @@ TEST(MotionHard, AThousandContactsInAFrame) {
   const motion::Motion motion = motion::simulate_motion(bodies, {}, lasting(0.2));
   expect_finite(motion);
   EXPECT_LE(energy_growth(motion), 0.01);
-  std::size_t most = 0;
+  std::size_t maximum = 0;
   for (std::size_t k = 0; k < 200; ++k) {
     std::size_t now = 0;
     for (const motion::LastingContact& contact : motion.contacts) {
       now += contact.first_step <= k && k < contact.first_step + contact.steps.size() ? 1 : 0;
     }
-    most = std::max(most, now);
+    maximum = std::max(maximum, now);
   }
-  EXPECT_GE(most, 1000u);
+  EXPECT_GE(maximum, 1000u);
 }
 
 TEST(MotionHard, FastAndThinDoesNotPassThrough) {

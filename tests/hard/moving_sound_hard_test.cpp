@@ -136,10 +136,10 @@ TEST(MovingSoundHard, HugeMassRatiosAndForces) {
       const std::vector<motion::SoundingBody> bodies = {{}, ball.body()};
       // The wave's own forces, were it not rounded off: F + m v^2 A k^2, along the face A k of it.
       const double wave = 2 * std::numbers::pi / 2e-3, steep = 1e-4 * wave;
-      const double most = force + mass * 4 * steep * wave;
+      const double maximum = force + mass * 4 * steep * wave;
       motion::LastingForces forces(scene.motion, scene.bodies, {});
       const motion::LastingForce driving = forces.force(0);
-      EXPECT_LT(driving.force.colwise().norm().maxCoeff(), 2 * (1 + steep) * most);
+      EXPECT_LT(driving.force.colwise().norm().maxCoeff(), 2 * (1 + steep) * maximum);
       EXPECT_GT(peak(motion::motion_sound(scene.motion, scene.bodies, bodies, listeners, {})), 0)
           << mass << " kg, " << force << " N";
     }

@@ -104,12 +104,12 @@ double difference(const std::vector<double>& a, const std::vector<double>& b) {
 
 /// Largest change of a mode shape between two sets, 0 where all are the same vectors.
 double shape_difference(const solvers::modes::Modes& a, const solvers::modes::Modes& b) {
-  double most = 0;
+  double maximum = 0;
   for (Eigen::Index k = 0; k < a.shapes.rows(); ++k) {
-    most =
-        std::max<double>(most, (a.shapes.row(k) - b.shapes.row(k)).norm() / a.shapes.row(k).norm());
+    maximum = std::max<double>(maximum,
+                               (a.shapes.row(k) - b.shapes.row(k)).norm() / a.shapes.row(k).norm());
   }
-  return most;
+  return maximum;
 }
 
 struct Struckable {

@@ -125,9 +125,9 @@ TEST(StylusHard, UpAVerticalEdgeForcesStayBelowTheLargest) {
       const Corners hand = drawn_and_held({{0.005, 1e-4, -depth}, {0.001, 1e-4, -depth}}, speed);
       const touch::Stylus stylus;
       const touch::Touch touch = sound_touch(face, hand, stylus);
-      double most = 0, allowed = 1e9;
+      double maximum = 0, allowed = 1e9;
       for (std::size_t k = 0; k + 1 < touch.tip.size(); ++k) {
-        most = std::max(most, touch.forces[k].x());
+        maximum = std::max(maximum, touch.forces[k].x());
         // It is not thrown off, and is never deeper in the wall than the stretched springs press.
         EXPECT_LT(touch.tip[k].z(), 1e-3);
         const double sunk = std::max(0.0, depth_of(*face.map, touch.tip[k]));
@@ -141,7 +141,7 @@ TEST(StylusHard, UpAVerticalEdgeForcesStayBelowTheLargest) {
         EXPECT_LE(energy, 1.01 * allowed) << k;
         allowed = std::min(allowed, energy + stylus.stiffness * sunk * sunk / 2);
       }
-      EXPECT_GT(most, 1);
+      EXPECT_GT(maximum, 1);
       EXPECT_LT(last_speed(touch), 1e-6);
       EXPECT_LT(depth_of(*face.map, touch.tip.back()), stylus.press / stylus.stiffness + 2e-4);
     }

@@ -96,8 +96,8 @@ std::vector<std::int64_t> work_off(TaskBoard& board, const Plan& plan, int wides
   std::vector<std::int64_t> started;
   // Each step of a worker that is not told to wait makes progress, and while one is told to wait
   // another one is running, so this many steps are far more than enough.
-  const std::size_t most = 1000 * (plan.tasks.size() + 10);
-  for (std::size_t step = 0; step < most && !workers.empty(); ++step) {
+  const std::size_t maximum = 1000 * (plan.tasks.size() + 10);
+  for (std::size_t step = 0; step < maximum && !workers.empty(); ++step) {
     const auto chosen = *rc::gen::inRange<std::size_t>(0, workers.size());
     Worker& worker = workers[chosen];
     if (worker.task >= 0) {

@@ -305,7 +305,7 @@ double seconds_of_claims(std::int64_t n) {
   for (int i = 0; i < claims; ++i) {
     tasks.push_back({.key = "small " + std::to_string(i), .cost = 0.5, .memory = 1});
   }
-  double least = 1e300;
+  double minimum = 1e300;
   for (int repeat = 0; repeat < 5; ++repeat) {
     TaskBoard board(tasks);
     board.set_ranks(4, {{0, 0, 0, 0}, {100}});
@@ -318,9 +318,9 @@ double seconds_of_claims(std::int64_t n) {
     }
     for (int i = 0; i < claims; ++i) EXPECT_EQ(board.claim(1, 2).kind, Claim::Kind::wait);
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
-    least = std::min(least, seconds.count());
+    minimum = std::min(minimum, seconds.count());
   }
-  return least;
+  return minimum;
 }
 
 TEST(TaskBoard, TasksThatFindNoMemoryAreNotLookedAtOneByOne) {

@@ -120,7 +120,7 @@ TEST(WavesProperty, NeverOverMemoryNeverStuckAndTheDearestThatFitsFirst) {
       bool moved = false;
       for (const Group& group : ready) {
         std::int64_t dearest = -1;
-        double most = -1;
+        double maximum = -1;
         for (std::size_t i = 0; i < tasks.size(); ++i) {
           const auto number = static_cast<std::int64_t>(i);
           const bool free =
@@ -128,7 +128,7 @@ TEST(WavesProperty, NeverOverMemoryNeverStuckAndTheDearestThatFitsFirst) {
               std::all_of(tasks[i].after.begin(), tasks[i].after.end(), [&](std::int64_t before) {
                 return board.state(before) == TaskState::done;
               });
-          if (!free || factor[tasks[i].kind] * tasks[i].cost <= most) continue;
+          if (!free || factor[tasks[i].kind] * tasks[i].cost <= maximum) continue;
           auto with = running;
           with.emplace_back(number, group.first);
           const auto held = held_by(tasks, machine, with);
@@ -139,7 +139,7 @@ TEST(WavesProperty, NeverOverMemoryNeverStuckAndTheDearestThatFitsFirst) {
           }
           if (!fits) continue;
           dearest = number;
-          most = factor[tasks[i].kind] * tasks[i].cost;
+          maximum = factor[tasks[i].kind] * tasks[i].cost;
         }
         const Claim claim = board.claim(group.width, group.first);
         RC_ASSERT(claim.task == dearest);

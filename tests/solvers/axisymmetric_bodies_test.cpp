@@ -195,11 +195,11 @@ solvers::mesh::GeneratedShape turned(const std::vector<std::array<double, 2>>& p
   return {"turned", {}, profile};
 }
 
-void expect_same(const solvers::modes::Modes& a, const solvers::modes::Modes& b, double most) {
+void expect_same(const solvers::modes::Modes& a, const solvers::modes::Modes& b, double maximum) {
   ASSERT_EQ(a.size(), b.size());
   ASSERT_GT(a.size(), 10u);
   for (std::size_t k = 0; k < a.size(); ++k) {
-    EXPECT_LT(std::abs(cents(a.frequency(k), b.frequency(k))), most) << "mode " << k + 1;
+    EXPECT_LT(std::abs(cents(a.frequency(k), b.frequency(k))), maximum) << "mode " << k + 1;
     EXPECT_EQ(a.harmonics[k], b.harmonics[k]) << "mode " << k + 1;
   }
 }

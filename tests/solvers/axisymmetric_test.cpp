@@ -105,14 +105,14 @@ INSTANTIATE_TEST_SUITE_P(
 
 /// A mode of degree l of a sphere has one of every harmonic from 0 to l.
 void expect_sphere(const solvers::modes::Modes& modes, const std::vector<test::SphereMode>& truth,
-                   double most) {
+                   double maximum) {
   std::size_t k = 0;
   for (const auto& root : truth) {
     std::multiset<int> harmonics, expected{0};
     for (int n = 1; n <= root.degree; ++n) expected.insert({n, n});
     for (int copy = 0; copy < 2 * root.degree + 1; ++copy, ++k) {
       ASSERT_LT(k, modes.size());
-      EXPECT_LT(std::abs(cents(modes.frequency(k), root.frequency)), most) << "mode " << k + 1;
+      EXPECT_LT(std::abs(cents(modes.frequency(k), root.frequency)), maximum) << "mode " << k + 1;
       harmonics.insert(modes.harmonics[k]);
     }
     EXPECT_EQ(harmonics, expected) << root.type << root.degree;

@@ -232,12 +232,12 @@ TEST(BlockLanczos, AgreesOnAnySpectrum) {
     // Copies beyond the block's width are found in time but not for certain.
     std::vector<double> sorted = values;
     std::sort(sorted.begin(), sorted.end(), std::greater<>());
-    int most = 1;
+    int maximum = 1;
     for (std::size_t k = 1, copies = 1; k < sorted.size(); ++k) {
       copies = sorted[k] == sorted[k - 1] ? copies + 1 : 1;
-      most = std::max(most, static_cast<int>(copies));
+      maximum = std::max(maximum, static_cast<int>(copies));
     }
-    if (most <= options.block) RC_ASSERT(bool(solves(diagonal, values, options, result)));
+    if (maximum <= options.block) RC_ASSERT(bool(solves(diagonal, values, options, result)));
   }));
 }
 

@@ -163,10 +163,10 @@ std::vector<SphereMode> sphere_modes(double radius, double youngs_modulus, doubl
 
   std::vector<SphereMode> modes;
   const double to_frequency = shear_speed / (2 * std::numbers::pi * radius);
-  const double most = max_frequency / to_frequency;
+  const double maximum = max_frequency / to_frequency;
   const auto search = [&](char type, int l, const std::function<double(int, double)>& f) {
     constexpr double step = 2e-3;
-    const auto steps = static_cast<int>(std::ceil((most - 0.5) / step));
+    const auto steps = static_cast<int>(std::ceil((maximum - 0.5) / step));
     for (int k = 0; k < steps; ++k) {
       double a = 0.5 + k * step, b = a + step;
       if ((f(l, a) > 0) == (f(l, b) > 0)) continue;
@@ -174,10 +174,10 @@ std::vector<SphereMode> sphere_modes(double radius, double youngs_modulus, doubl
         const double middle = (a + b) / 2;
         ((f(l, middle) > 0) == (f(l, a) > 0) ? a : b) = middle;
       }
-      if (a <= most) modes.push_back({type, l, a * to_frequency});
+      if (a <= maximum) modes.push_back({type, l, a * to_frequency});
     }
   };
-  for (int l = 0; l < most + 3; ++l) {
+  for (int l = 0; l < maximum + 3; ++l) {
     search('S', l, spheroidal);
     if (l > 0) search('T', l, torsional);
   }

@@ -118,13 +118,13 @@ TEST(FinerNodes, AnElementThatOnlyTheNextOrderWouldFoldStaysAsItIs) {
               solvers::mesh::measure_quality(mesh).volume, 1e-15);
   // What it lacks is known: that one node, a fifth of a metre.
   ASSERT_EQ(mesh.finer_gaps.size(), mesh.finer_nodes.size());
-  double most = 0, sum = 0;
+  double maximum = 0, sum = 0;
   for (const auto& gap : mesh.finer_gaps) {
-    most = std::max(most, gap.norm());
+    maximum = std::max(maximum, gap.norm());
     sum += gap.norm();
   }
-  EXPECT_NEAR(most, 0.2, 1e-12);
-  EXPECT_NEAR(sum, most, 1e-12);
+  EXPECT_NEAR(maximum, 0.2, 1e-12);
+  EXPECT_NEAR(sum, maximum, 1e-12);
 }
 
 TEST(FinerNodes, AnElementThatWasStraightenedIsCurvedWhereTheNextOrderIsSound) {

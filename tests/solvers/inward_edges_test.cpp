@@ -190,7 +190,7 @@ void expect_true_estimates(const Section& section, std::initializer_list<int> or
     const auto modes = lowest_modes(body, {test::steel}, static_cast<int>(3 * count / 2));
     const auto found = test::measure_effectivity(modes, truth);
     fmt::print("{:5} order {}: worst {:6.2f} cents, effectivity {:.2f} {:.2f} {:.2f} of {} modes\n",
-               section.name, order, found.worst_error, found.least, found.median, found.most,
+               section.name, order, found.worst_error, found.minimum, found.median, found.maximum,
                found.compared);
     EXPECT_GT(found.compared, count / 2);
     EXPECT_GT(found.worst_error, 3);
@@ -217,7 +217,7 @@ TEST(InwardEdges, LayersTakeMostOfTheirError) {
                                     static_cast<int>(3 * count / 2));
     const auto found = test::measure_effectivity(modes, truth);
     fmt::print("{} layers: worst {:.2f} cents, effectivity {:.2f} {:.2f} {:.2f}, {} unknowns\n",
-               layers, found.worst_error, found.least, found.median, found.most,
+               layers, found.worst_error, found.minimum, found.median, found.maximum,
                modes.certificate.unknowns);
     EXPECT_EQ(found.complaint, "");
     return found.worst_error;
@@ -300,7 +300,7 @@ TEST(InwardEdges, TargetsOfRandomBodiesAreMet) {
         "{:.2f}\n",
         section.name, result.report.steps.size(), result.report.steps.back().edge_layers,
         result.sets.front().certificate.unknowns, found.worst_error, result.report.reached_cents,
-        found.least, found.median, found.most);
+        found.minimum, found.median, found.maximum);
     if (!result.report.met()) continue;
     ++met;
     kept += found.worst_error <= asked ? 1 : 0;

@@ -151,7 +151,7 @@ TEST(Multigrid, SolvesWhatTheFactorSolves) {
   struct Case {
     std::string name;
     test::TetMesh mesh;
-    int most;  ///< iterations
+    int maximum;  ///< iterations
   };
   std::vector<Case> cases;
   for (int order = 1; order <= 4; ++order) {
@@ -177,7 +177,7 @@ TEST(Multigrid, SolvesWhatTheFactorSolves) {
       EXPECT_LT((iterative - direct).norm() / direct.norm(), 1e-8);
       // Algebraic multigrid at the bottom may be weak on flat elements; a factor may not.
       if (bytes > 0) {
-        EXPECT_LE(iterations, c.most);
+        EXPECT_LE(iterations, c.maximum);
       }
     }
   }

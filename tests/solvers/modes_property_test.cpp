@@ -82,10 +82,11 @@ TEST(Modes, CutShortSayHowFarTheyReach) {
 TEST(Modes, BelowTheBandAreDroppedButNotMistakenForMissing) {
   const auto all = solve_band(block(), {test::steel}, {20, 90000, 300});
   const double middle = (all.frequency(5) + all.frequency(6)) / 2;
-  for (const int most : {300, 4}) {
-    const auto upper = solve_band(block(), {test::steel}, {middle, 90000, most});
+  for (const int maximum : {300, 4}) {
+    const auto upper = solve_band(block(), {test::steel}, {middle, 90000, maximum});
     EXPECT_EQ(upper.certificate.modes_in_band, all.certificate.modes_in_band - 6);
-    ASSERT_EQ(upper.size(), std::min<std::size_t>(all.size() - 6, static_cast<std::size_t>(most)));
+    ASSERT_EQ(upper.size(),
+              std::min<std::size_t>(all.size() - 6, static_cast<std::size_t>(maximum)));
     for (std::size_t k = 0; k < upper.size(); ++k) {
       EXPECT_NEAR(upper.frequency(k) / all.frequency(k + 6), 1, 1e-9);
     }

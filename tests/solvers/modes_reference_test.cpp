@@ -24,13 +24,13 @@ constexpr int compared = 20;
 /// Both lie above the truth where the body is a box; elements further than polynomials of a degree
 /// that leaves less than half a cent.
 void expect_within_cents(const std::vector<double>& found, const std::vector<double>& truth,
-                         double most, double least = -0.5) {
+                         double maximum, double minimum = -0.5) {
   ASSERT_GE(found.size(), truth.size());
   for (std::size_t k = 0; k < truth.size(); ++k) {
     const double error = cents(found[k], truth[k]);
-    EXPECT_GT(error, least) << "mode " << k + 1;
-    EXPECT_LT(error, most) << "mode " << k + 1 << ": " << found[k] << " Hz, " << truth[k]
-                           << " Hz expected";
+    EXPECT_GT(error, minimum) << "mode " << k + 1;
+    EXPECT_LT(error, maximum) << "mode " << k + 1 << ": " << found[k] << " Hz, " << truth[k]
+                              << " Hz expected";
   }
 }
 

@@ -28,7 +28,7 @@ void expect_effective(const std::string& name, const test::TetMesh& mesh,
   const auto modes = lowest_modes(mesh, {material}, static_cast<int>(3 * truth.size() / 2));
   const auto found = test::measure_effectivity(modes, truth);
   fmt::print("{:14} order {}: worst {:8.3f} cents, effectivity {:.2f} {:.2f} {:.2f} of {} modes\n",
-             name, mesh.order, found.worst_error, found.least, found.median, found.most,
+             name, mesh.order, found.worst_error, found.minimum, found.median, found.maximum,
              found.compared);
   EXPECT_GT(found.compared, truth.size() / 3);
   EXPECT_EQ(found.complaint, "") << name;
@@ -193,11 +193,11 @@ TEST(PitchError, TakesTheMeshsOwnCurveWithoutFinerNodes) {
   // The true surface bulges over the elements' by an error of its own.
   const auto curved = test::with_finer_nodes(mesh, test::ball_mesh(0.05, 2, 3));
   const auto true_errors = lowest_modes(curved, {test::steel}, 11).pitch_errors;
-  double most = 0;
+  double maximum = 0;
   for (std::size_t k = 0; k < own.size(); ++k) {
-    most = std::max(most, std::abs(own[k] - true_errors[k]));
+    maximum = std::max(maximum, std::abs(own[k] - true_errors[k]));
   }
-  EXPECT_GT(most, 0.5);
+  EXPECT_GT(maximum, 0.5);
 }
 
 /// Nodes of the next order that are kept from the true surface count with what they lack.

@@ -127,9 +127,9 @@ Effectivity measure_effectivity(const solvers::modes::Modes& modes, std::span<co
   out.compared = ratios.size();
   if (ratios.empty()) return out;
   std::sort(ratios.begin(), ratios.end());
-  out.least = ratios.front();
+  out.minimum = ratios.front();
   out.median = ratios[ratios.size() / 2];
-  out.most = ratios.back();
+  out.maximum = ratios.back();
   return out;
 }
 

@@ -33,7 +33,7 @@ std::vector<double> table_frequencies(const std::string& table);
 /// Estimated against true pitch errors of a body's modes.
 struct Effectivity {
   std::size_t compared = 0;  ///< modes off by more than 0.2 cents
-  double least = 0, median = 0, most = 0;
+  double minimum = 0, median = 0, maximum = 0;
   double worst_error = 0;  ///< [cents]
   std::string complaint;   ///< modes outside [0.7, 2.5], in words
 };

@@ -77,15 +77,15 @@ TEST(SvgPath, ArcsFollowTheirFlags) {
   // From (10, 0) to (0, 10) about (0, 0) or (10, 10): the middle of the arc tells which.
   const auto middle = [](const std::string& flags) {
     const auto curves = solvers::families::parse_svg_path("M10 0A10 10 0 " + flags + " 0 10");
-    double least = 1e9, most = 0;
+    double minimum = 1e9, maximum = 0;
     for (const auto& curve : curves) {
       if (curve.straight) continue;
       for (const auto& p : curve.points) {
-        least = std::min(least, std::min(p[0], p[1]));
-        most = std::max(most, std::max(p[0], p[1]));
+        minimum = std::min(minimum, std::min(p[0], p[1]));
+        maximum = std::max(maximum, std::max(p[0], p[1]));
       }
     }
-    return std::array{least, most};
+    return std::array{minimum, maximum};
   };
   EXPECT_NEAR(middle("0 1")[1], 10, 0.3);   // quarter about the origin
   EXPECT_NEAR(middle("0 0")[0], 0, 0.3);    // quarter about (10, 10)

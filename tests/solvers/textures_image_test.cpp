@@ -149,9 +149,10 @@ TEST(MapImage, BrokenFilesGiveAMapOrAnError) {
     std::string bytes = good.substr(0, *rc::gen::inRange<std::size_t>(0, good.size() + 1));
     for (int i = *rc::gen::inRange(0, 6); i > 0 && !bytes.empty(); --i) {
       // Headers are at the front.
-      const std::size_t most =
+      const std::size_t maximum =
           *rc::gen::arbitrary<bool>() ? std::min<std::size_t>(bytes.size(), 48) : bytes.size();
-      bytes[*rc::gen::inRange<std::size_t>(0, most)] = static_cast<char>(*rc::gen::inRange(0, 256));
+      bytes[*rc::gen::inRange<std::size_t>(0, maximum)] =
+          static_cast<char>(*rc::gen::inRange(0, 256));
     }
     std::ofstream(path, std::ios::binary) << bytes;
     try {

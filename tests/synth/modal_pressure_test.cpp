@@ -40,9 +40,9 @@ modal::RingDown dipole_rings(double omega, double decay) {
 }
 
 double peak(std::span<const float> sound) {
-  double most = 0;
-  for (const float value : sound) most = std::max(most, std::abs(double(value)));
-  return most;
+  double maximum = 0;
+  for (const float value : sound) maximum = std::max(maximum, std::abs(double(value)));
+  return maximum;
 }
 
 /// Pressure by Fourier transforms alone: force, oscillator and dipole at every frequency.
@@ -71,16 +71,16 @@ TEST(ModalPressure, SlowPushesAreAsFaintAsADipoleMakesThem) {
       const modal::RingDown rings = dipole_rings(omega, decay);
       const auto sound = modal::synthesize(rings, {contact}, audio_rate, 2000);
       const auto expected = in_frequencies(omega, decay, contact, 2000);
-      double worst = 0, most = 0;
+      double worst = 0, maximum = 0;
       for (std::size_t n = 0; n < expected.size(); ++n) {
         worst = std::max(worst, std::abs(double(sound[n]) - expected[n]));
-        most = std::max(most, std::abs(expected[n]));
+        maximum = std::max(maximum, std::abs(expected[n]));
       }
-      EXPECT_LT(worst, 0.02 * most) << decay << " " << contact;
+      EXPECT_LT(worst, 0.02 * maximum) << decay << " " << contact;
       // As velocity alone it would be louder by far.
       modal::RingDown wrong = rings;
       wrong.readout.force_rate.setZero();
-      EXPECT_GT(peak(modal::synthesize(wrong, {contact}, audio_rate, 2000)), 2 * most);
+      EXPECT_GT(peak(modal::synthesize(wrong, {contact}, audio_rate, 2000)), 2 * maximum);
     }
   }
 }

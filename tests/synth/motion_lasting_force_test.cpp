@@ -156,10 +156,10 @@ TEST(LastingForce, HopsOfACornerAreNoSweeps) {
     const double way = sliding_speed * 1e-3 * static_cast<double>(k);
     hopping.motion.contacts[0].steps[k].points[1].x() = 0.01 + 2e-3 * std::floor(way / 2e-3);
   }
-  const double most = normal_force(hopping, bare()).cwiseAbs().maxCoeff();
+  const double maximum = normal_force(hopping, bare()).cwiseAbs().maxCoeff();
   // 1.25 times the speed, with the square; and starts and stops of some steps.
-  EXPECT_LT(most, 3 * normal_force(even, bare()).cwiseAbs().maxCoeff());
-  EXPECT_GT(most, 0);
+  EXPECT_LT(maximum, 3 * normal_force(even, bare()).cwiseAbs().maxCoeff());
+  EXPECT_GT(maximum, 0);
 }
 
 // Contacts of the same two bodies share their mass as they share their force.

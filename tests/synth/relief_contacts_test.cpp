@@ -153,10 +153,10 @@ TEST(ReliefContacts, TheDeepestOfAHullIsThatOfAllTexels) {
     const double sink = random.uniform(0.3, 1.2) * deepest - lowest;
     for (Vec3& p : points) p.z() += sink;
     const solvers::mesh::SurfaceMesh hull = motion::convex_hull(points);
-    const Deepest least = deepest_of(map, size, hull);
+    const Deepest minimum = deepest_of(map, size, hull);
     const std::vector<motion::ReliefContact> found =
         motion::hull_on_relief(motion::ReliefPeaks(made), size, hull.vertices, hull.triangles);
-    if (!(least.distance < 0)) {
+    if (!(minimum.distance < 0)) {
       EXPECT_TRUE(found.empty()) << seed;
       ++apart;
       continue;
@@ -168,10 +168,10 @@ TEST(ReliefContacts, TheDeepestOfAHullIsThatOfAllTexels) {
       const double distance = contact.depth / contact.normal.z();
       const double height = render::maps::height_at(map, contact.point.head<2>());
       EXPECT_NEAR(distance, height - contact.point.z(), 1e-12);
-      EXPECT_LE(distance, -least.distance + 1e-9 * side) << seed;
+      EXPECT_LE(distance, -minimum.distance + 1e-9 * side) << seed;
       depth = std::max(depth, contact.depth);
     }
-    EXPECT_GE(depth, least.depth - 1e-9 * side) << seed;
+    EXPECT_GE(depth, minimum.depth - 1e-9 * side) << seed;
   }
   EXPECT_GT(touching, 200);
   EXPECT_GT(apart, 5);
@@ -221,27 +221,27 @@ TEST(ReliefContacts, TheDeepestOfABallIsNoLessThanThatOfAllTexels) {
     const double deepest = *std::min_element(map.heights.begin(), map.heights.end());
     const Vec3 centre(random.uniform(0, size.x()), random.uniform(0, size.y()),
                       radius + random.uniform(0, 1) * deepest);
-    double least = 0;
+    double minimum = 0;
     for (int v = 0; v < 150; ++v) {
       for (int u = 0; u < 150; ++u) {
         const Eigen::Vector2d uv((u + 0.5) * map.texel, (v + 0.5) * map.texel);
         const double inside = radius * radius - (uv - centre.head<2>()).squaredNorm();
         if (!(inside > 0)) continue;
         const double low = centre.z() - std::sqrt(inside);
-        least = std::min(least, low - render::maps::height_at(map, uv));
+        minimum = std::min(minimum, low - render::maps::height_at(map, uv));
       }
     }
     const std::vector<motion::ReliefContact> found =
         motion::ball_on_relief(motion::ReliefPeaks(made), size, centre, radius);
-    if (!(least < 0)) continue;
+    if (!(minimum < 0)) continue;
     ++touching;
     ASSERT_FALSE(found.empty()) << seed;
-    double most = 0;
+    double maximum = 0;
     for (const motion::ReliefContact& contact : found) {
-      most = std::max(most, contact.depth / contact.normal.z());
+      maximum = std::max(maximum, contact.depth / contact.normal.z());
     }
-    EXPECT_GE(most, -least - 1e-12) << seed;
-    EXPECT_LE(most, -least + map.texel) << seed;
+    EXPECT_GE(maximum, -minimum - 1e-12) << seed;
+    EXPECT_LE(maximum, -minimum + map.texel) << seed;
   }
   EXPECT_GT(touching, 30);
 }

@@ -209,19 +209,19 @@ TEST(StreamingRenderer, SteadyStateAllocatesNothing) {
     renderer.add_body(rings.eigenvalues, rings.decay_rates, rings.readout);
   }
   std::vector<float> block(2 * 256);
-  std::size_t most = 0;
+  std::size_t maximum = 0;
   std::size_t before = 0;
   for (int i = 0; i < 400; ++i) {
     if (i == 50) before = test::allocated().times;
     renderer.strike(std::size_t(i % 3), all[std::size_t(i % 3)].excitation, {1.1e-3},
                     1e-5 * double(i % 7));
     renderer.render(block);
-    most = std::max(most, renderer.voices());
+    maximum = std::max(maximum, renderer.voices());
   }
   EXPECT_EQ(test::allocated().times, before);
   std::size_t partials = 0;
   for (const modal::RingDown& rings : all) partials += 2 * (rings.eigenvalues.size() + 1);
-  EXPECT_LE(most, partials);
+  EXPECT_LE(maximum, partials);
 }
 
 TEST(StreamingRenderer, RefusesWhatCannotBe) {

@@ -20,16 +20,16 @@ RC_GTEST_PROP(RowsOfRanks, AreSharedOutWithoutRestAndEvenly, ()) {
   std::vector<std::uint32_t> rows(count);
   for (std::size_t i = 0; i < count; ++i) rows[i] = static_cast<std::uint32_t>(3 * i);
   std::multiset<std::uint32_t> all;
-  std::size_t least = count, most = 0;
+  std::size_t minimum = count, maximum = 0;
   for (int rank = 0; rank < size; ++rank) {
     const auto own = learning::rows_of_rank(rows, rank, size);
     RC_ASSERT(std::is_sorted(own.begin(), own.end()));
     all.insert(own.begin(), own.end());
-    least = std::min(least, own.size());
-    most = std::max(most, own.size());
+    minimum = std::min(minimum, own.size());
+    maximum = std::max(maximum, own.size());
   }
   RC_ASSERT(std::vector<std::uint32_t>(all.begin(), all.end()) == rows);
-  RC_ASSERT(most - least <= 1 + count / (16 * static_cast<std::size_t>(size)));
+  RC_ASSERT(maximum - minimum <= 1 + count / (16 * static_cast<std::size_t>(size)));
 }
 
 std::vector<std::uint32_t> one_pass(learning::BatchReader& reader,

@@ -128,10 +128,10 @@ TEST(Training, OfTwoRanksMovesByTheMeanGradientOfAllSamples) {
   threads.clear();
   EXPECT_EQ(scores[0], scores[1]);
   ASSERT_EQ(scores[0].size(), alone.scores.size());
-  const float most = *std::max_element(alone.scores.begin(), alone.scores.end());
-  EXPECT_GT(most, 0.05F);
+  const float maximum = *std::max_element(alone.scores.begin(), alone.scores.end());
+  EXPECT_GT(maximum, 0.05F);
   for (std::size_t i = 0; i < alone.scores.size(); ++i) {
-    EXPECT_NEAR(scores[0][i], alone.scores[i], 1e-5F * most) << i;
+    EXPECT_NEAR(scores[0][i], alone.scores[i], 1e-5F * maximum) << i;
   }
 }
 
@@ -248,9 +248,9 @@ TEST(NearestNeighbours, AreThoseOfAllPairsOfDistances) {
     std::vector<double> expected(3, 0);
     for (int n = 0; n < 5; ++n)
       expected[static_cast<std::size_t>(distances[static_cast<std::size_t>(n)].second)] += 0.2;
-    const double most = *std::max_element(expected.begin(), expected.end());
+    const double maximum = *std::max_element(expected.begin(), expected.end());
     for (const auto& [distance, label] : distances) {
-      if (expected[static_cast<std::size_t>(label)] != most) continue;
+      if (expected[static_cast<std::size_t>(label)] != maximum) continue;
       expected[static_cast<std::size_t>(label)] += 0.1;
       break;
     }

@@ -76,15 +76,15 @@ TEST(PreparedWaveform, KeepsATonesFrequencyAndItsPeakIsOne) {
   }
   const auto prepared = learning::prepare::waveform(clip, 44100);
   ASSERT_EQ(prepared.size(), 22050u);
-  double in = 0, out = 0, most = 0;
+  double in = 0, out = 0, maximum = 0;
   for (std::size_t i = 2000; i < 20000; ++i) {
     const double phase = 2 * std::numbers::pi * 1000 * static_cast<double>(i) / 22050;
     in += prepared[i] * std::sin(phase);
     out += prepared[i] * prepared[i];
-    most = std::max(most, static_cast<double>(std::abs(prepared[i])));
+    maximum = std::max(maximum, static_cast<double>(std::abs(prepared[i])));
   }
   EXPECT_NEAR(in / out, 1, 0.02);  // all of it is that tone, of amplitude 1
-  EXPECT_NEAR(most, 1, 0.02);
+  EXPECT_NEAR(maximum, 1, 0.02);
 }
 
 TEST(PreparedImage, IsTheMeanOfWhatEachPixelCovers) {
