@@ -21,6 +21,7 @@ struct TrueMode {
   /// The same with half of what is added for what the next order misses, which is most of what it
   /// may miss: tells in which order modes come. 0: `eigenvalue` does.
   double likely = 0;
+  double margin = 1;  ///< the error that is told over the one that the eigenvalue has
 };
 
 struct TrueModes {

@@ -13,6 +13,8 @@ namespace {
 
 /// Edges that turn inward by less are taken for chords of a smooth surface [rad].
 constexpr double min_turn = 15 * std::numbers::pi / 180;
+/// Edges that turn outward by as much bound a section, as those of a bar do [rad].
+constexpr double sharp_turn = 60 * std::numbers::pi / 180;
 
 /// A curved boundary face where it meets one of its edges, half-way along.
 struct EdgeSide {
@@ -27,21 +29,9 @@ double filled_angle(const EdgeSide& one, const EdgeSide& other) {
   return std::numbers::pi + (is_inward ? turn : -turn);
 }
 
-}  // namespace
-
-double edge_exponent(double angle) {
-  constexpr double pi = std::numbers::pi;
-  if (!(angle > pi)) return 1;
-  double low = 0.5, high = 1;
-  constexpr int halvings = 40;
-  for (int i = 0; i < halvings; ++i) {
-    const double middle = (low + high) / 2;
-    (std::sin(middle * angle) + middle * std::sin(angle) > 0 ? low : high) = middle;
-  }
-  return (low + high) / 2;
-}
-
-std::vector<InwardEdge> inward_edges(const TetMesh& mesh) {
+/// Calls visit(from, to, filled angle) for every edge between two faces of the boundary, ascending.
+template <class Visit>
+void for_each_edge(const TetMesh& mesh, Visit visit) {
   // Gradients of the shape functions half-way along the edges (01), (12), (20) of a face.
   std::array<Eigen::Matrix<double, Eigen::Dynamic, 3>, 3> gradients;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -65,13 +55,29 @@ std::vector<InwardEdge> inward_edges(const TetMesh& mesh) {
           {normal, normal.cross(along)});
     }
   }
-  std::vector<InwardEdge> found;
-  for (const auto& [edge, beside] : sides) {
-    if (beside.size() != 2) continue;
-    const double angle = filled_angle(beside[0], beside[1]);
-    if (angle >= std::numbers::pi + min_turn)
-      found.push_back({edge.first, edge.second, edge_exponent(angle)});
+  for (const auto& [edge, beside] : sides)
+    if (beside.size() == 2) visit(edge.first, edge.second, filled_angle(beside[0], beside[1]));
+}
+
+}  // namespace
+
+double edge_exponent(double angle) {
+  constexpr double pi = std::numbers::pi;
+  if (!(angle > pi)) return 1;
+  double low = 0.5, high = 1;
+  constexpr int halvings = 40;
+  for (int i = 0; i < halvings; ++i) {
+    const double middle = (low + high) / 2;
+    (std::sin(middle * angle) + middle * std::sin(angle) > 0 ? low : high) = middle;
   }
+  return (low + high) / 2;
+}
+
+std::vector<InwardEdge> inward_edges(const TetMesh& mesh) {
+  std::vector<InwardEdge> found;
+  for_each_edge(mesh, [&found](std::int32_t from, std::int32_t to, double angle) {
+    if (angle >= std::numbers::pi + min_turn) found.push_back({from, to, edge_exponent(angle)});
+  });
   return found;
 }
 
@@ -87,6 +93,22 @@ std::vector<double> edge_exponents(const TetMesh& mesh) {
     for (const std::int32_t corner : mesh.element(e).first(4))
       exponents[e] = std::min(exponents[e], at_node[static_cast<std::size_t>(corner)]);
   return exponents;
+}
+
+std::vector<bool> between_sharp_edges(const TetMesh& mesh) {
+  std::vector<bool> at_node(mesh.nodes.size(), false);
+  for_each_edge(mesh, [&at_node](std::int32_t from, std::int32_t to, double angle) {
+    if (angle > std::numbers::pi - sharp_turn) return;
+    for (const std::int32_t end : {from, to}) at_node[static_cast<std::size_t>(end)] = true;
+  });
+  std::vector<bool> found(mesh.element_count());
+  for (std::size_t e = 0; e < found.size(); ++e) {
+    const auto corners = mesh.element(e).first(4);
+    found[e] = std::all_of(corners.begin(), corners.end(), [&at_node](std::int32_t corner) {
+      return at_node[static_cast<std::size_t>(corner)];
+    });
+  }
+  return found;
 }
 
 }  // namespace carillon::solvers::mesh

@@ -29,4 +29,9 @@ std::vector<InwardEdge> inward_edges(const TetMesh& mesh);
 /// @param mesh  curved elements of any order
 std::vector<double> edge_exponents(const TetMesh& mesh);
 
+/// Elements whose four corners lie on edges that turn outward by 60 degrees or more: those of a bar
+/// that is one element wide and thick.
+/// @param mesh  curved elements of any order
+std::vector<bool> between_sharp_edges(const TetMesh& mesh);
+
 }  // namespace carillon::solvers::mesh

@@ -22,7 +22,7 @@ TEST_P(Sweep, EstimatesAreTrue) {
     for (int size = 0; size < 3; ++size) {
       core::Trace trace;
       solvers::eigen::SolveOptions options;
-      options.band = {0, 1e9, static_cast<int>(3 * wanted / 2)};
+      options.band = {0, 1e9, static_cast<int>(2 * wanted)};
       const auto mesh = body.mesh(order, size);
       const auto modes = solvers::eigen::solve_modes(mesh, std::vector{body.material}, options,
                                                      MPI_COMM_SELF, trace);
