@@ -3,12 +3,17 @@
 #include <fmt/core.h>
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
+#include <unsupported/Eigen/KroneckerProduct>
 
 #include "core/error.hpp"
+#include "solvers/assembly/products.hpp"
 #include "solvers/eigen/search_checks.hpp"
+#include "solvers/elements/lobatto.hpp"
 
 namespace carillon::solvers::axisymmetric {
 namespace {
@@ -66,6 +71,38 @@ std::vector<std::size_t> flexible_pairs(const HarmonicForms& forms, const eigen:
         "the section may have parts of almost no thickness");
   }
   return flexible;
+}
+
+/// The shift that modes are sought about, dimensionless: below the first of them by its size or
+/// less, but not so little that rigid motions are nearly singular.
+double first_shift(const HarmonicForms& forms, double estimate) {
+  const double first = forms.scales.from_frequency(estimate);
+  return -std::max(0.01 * first, std::min(forms.scales.from_frequency(20), first));
+}
+
+/// Values at the nodes of the same cells at a higher order.
+/// @param fields  unknowns x fields
+Eigen::MatrixXd prolong(const HarmonicForms& forms, const HarmonicForms& finer,
+                        const Eigen::Ref<const Eigen::MatrixXd>& fields) {
+  const Eigen::VectorXd& points = elements::lobatto_nodes(finer.mesh.order);
+  Eigen::MatrixXd line(points.size(), forms.mesh.order + 1);
+  for (Eigen::Index i = 0; i < points.size(); ++i)
+    line.row(i) = elements::line_shapes(forms.mesh.order, points[i]).values.transpose();
+  const Eigen::MatrixXd square = Eigen::kroneckerProduct(line, line);
+  const auto nodes = static_cast<Eigen::Index>(finer.mesh.nodes.size());
+  Eigen::MatrixXd out(3 * nodes, fields.cols());
+  Eigen::MatrixXd own(square.cols(), fields.cols());
+  for (std::size_t e = 0; e < forms.mesh.element_count(); ++e) {
+    const auto coarse = forms.mesh.element(e), fine = finer.mesh.element(e);
+    for (Eigen::Index c = 0; c < 3; ++c) {
+      for (std::size_t k = 0; k < coarse.size(); ++k)
+        own.row(static_cast<Eigen::Index>(k)) = fields.row(3 * coarse[k] + c);
+      const Eigen::MatrixXd values = square * own;
+      for (std::size_t k = 0; k < fine.size(); ++k)
+        out.row(3 * fine[k] + c) = values.row(static_cast<Eigen::Index>(k));
+    }
+  }
+  return out;
 }
 
 /// The flexible pairs become the harmonic's.
@@ -132,8 +169,7 @@ void solve_harmonic(const HarmonicForms& forms, double frequency, double estimat
   const core::ScopedTimer timer(trace.stages["solve"]);
   const auto system = harmonic_system(forms, harmonic.n);
   const double top = forms.scales.from_frequency(frequency);
-  const double first = forms.scales.from_frequency(estimate);
-  double shift = -std::max(0.01 * first, std::min(forms.scales.from_frequency(20), first));
+  double shift = first_shift(forms, estimate);
   const auto rigid = rigid_motions(harmonic.n);
   for (int solves = 1; solves <= max_solves; ++solves) {
     auto pairs = static_cast<int>(
@@ -163,6 +199,63 @@ void solve_harmonic(const HarmonicForms& forms, double frequency, double estimat
       return eigen::count_below(system, value, forms.plan, MPI_COMM_SELF);
     });
   }
+}
+
+std::vector<double> next_order_values(const HarmonicForms& finer, const HarmonicForms& forms,
+                                      const Harmonic& harmonic, double estimate) {
+  const auto modes = std::min<Eigen::Index>(harmonic.counted, harmonic.vectors.cols());
+  const auto system = harmonic_system(finer, harmonic.n);
+  const double shift = first_shift(finer, estimate);
+  const auto inverse = eigen::factored_inverse(system, shift, finer.plan, MPI_COMM_SELF);
+  const assembly::Products products(system, MPI_COMM_SELF);
+  // Rigid motions, modes, and what a step of inverse iteration adds to them.
+  const Eigen::MatrixXd rigid = rigid_fields(finer, harmonic.n);
+  const auto given = rigid.cols() + modes;
+  Eigen::MatrixXd basis(system.unknowns(), given + modes);
+  basis << rigid, prolong(forms, finer, harmonic.vectors.leftCols(modes)),
+      Eigen::MatrixXd::Zero(system.unknowns(), modes);
+  Eigen::MatrixXd forces(basis.rows(), basis.cols()), inertia = forces;
+  const auto fill = [&](Eigen::Index first, Eigen::Index count) {
+    products.shifted(shift, basis.middleCols(first, count), forces.middleCols(first, count));
+    products.mass(basis.middleCols(first, count), inertia.middleCols(first, count));
+  };
+  fill(0, given);
+  const auto fields = basis.middleCols(rigid.cols(), modes);
+  const Eigen::ArrayXd theta =
+      fields.cwiseProduct(forces.middleCols(rigid.cols(), modes)).colwise().sum().array() /
+      fields.cwiseProduct(inertia.middleCols(rigid.cols(), modes)).colwise().sum().array();
+  const Eigen::MatrixXd residual =
+      inertia.middleCols(rigid.cols(), modes) * theta.matrix().asDiagonal() -
+      forces.middleCols(rigid.cols(), modes);
+  inverse(residual, basis.rightCols(modes));
+  fill(given, modes);
+
+  // Columns as long as each other.
+  const Eigen::VectorXd scale = basis.cwiseProduct(inertia)
+                                    .colwise()
+                                    .sum()
+                                    .transpose()
+                                    .cwiseMax(std::numeric_limits<double>::min())
+                                    .cwiseSqrt()
+                                    .cwiseInverse();
+  const auto projected = [&](const Eigen::MatrixXd& products) {
+    const Eigen::MatrixXd form =
+        scale.asDiagonal() * (basis.transpose() * products) * scale.asDiagonal();
+    return Eigen::MatrixXd((form + form.transpose()) / 2);
+  };
+  const Eigen::MatrixXd a = projected(forces), m = projected(inertia);
+  // Corrections that depend on the others but for rounding are left out.
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> independent(m);
+  const auto kept = (independent.eigenvalues().array() > 1e-10).count();
+  const Eigen::MatrixXd white =
+      independent.eigenvectors().rightCols(kept) *
+      independent.eigenvalues().tail(kept).cwiseSqrt().cwiseInverse().asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> ritz(white.transpose() * a * white);
+  const Eigen::MatrixXd weights =
+      scale.asDiagonal() * white * ritz.eigenvectors().middleCols(rigid.cols(), modes);
+  auto values = rayleigh_quotients(finer, harmonic.n, basis * weights);
+  std::sort(values.begin(), values.end());
+  return values;
 }
 
 }  // namespace carillon::solvers::axisymmetric

@@ -52,4 +52,12 @@ std::vector<Harmonic> count_harmonics(const HarmonicForms& forms, const mesh::Me
 void solve_harmonic(const HarmonicForms& forms, double frequency, double estimate, double tolerance,
                     Harmonic& harmonic, core::Trace& trace);
 
+/// Eigenvalues of a harmonic's counted modes on finer cells, dimensionless there, ascending: one
+/// step of inverse iteration from the modes, then Rayleigh and Ritz's procedure on both.
+/// @param finer     the same cells as `forms`, of a higher order
+/// @param harmonic  its modes on `forms`
+/// @param estimate  of the lowest flexible frequency [Hz]
+std::vector<double> next_order_values(const HarmonicForms& finer, const HarmonicForms& forms,
+                                      const Harmonic& harmonic, double estimate);
+
 }  // namespace carillon::solvers::axisymmetric
