@@ -20,7 +20,10 @@ void print_diagnosis(const std::string& path, const solvers::mesh::Diagnosis& d)
   fmt::print("  {:<26} {} vertices, {} triangles\n", "size", d.vertices, d.triangles);
   fmt::print("  {:<26} {:.4g} x {:.4g} x {:.4g} m\n", "extent", d.extent[0], d.extent[1],
              d.extent[2]);
-  fmt::print("  {:<26} {:.4g} m^3, {:.4g} m^2\n", "volume, area", d.volume, d.area);
+  if (d.closed)
+    fmt::print("  {:<26} {:.4g} m^3, {:.4g} m^2\n", "volume, area", d.volume, d.area);
+  else
+    fmt::print("  {:<26} {:.4g} m^2; open, so that it bounds no volume\n", "area", d.area);
   const std::pair<const char*, std::int64_t> findings[] = {
       {"components", d.components},
       {"nested components", d.nested_components},
@@ -37,8 +40,10 @@ void print_diagnosis(const std::string& path, const solvers::mesh::Diagnosis& d)
   for (const auto& [name, count] : findings) {
     if (count != 0) fmt::print("  {:<26} {}\n", name, count);
   }
-  fmt::print("  {}\n",
-             d.clean ? "clean: used as it is" : "not clean: would be repaired or wrapped");
+  fmt::print("  {}\n", d.clean    ? "clean: used as it is"
+                       : d.closed ? "not clean: repaired, wrapped or refused (carillon modes tells)"
+                                  : "open: holes are filled, sheets ask for a thickness "
+                                    "(carillon modes tells)");
 }
 
 }  // namespace
@@ -47,6 +52,7 @@ void add_inspect(Program& program, Context& context) {
   struct Options {
     std::vector<std::string> meshes;
     std::string length, unit;
+    bool any_size = false;
   };
   Command& command = program.add("inspect", "diagnosis of surface meshes", Needs::nothing);
   auto options = std::make_shared<Options>();
@@ -54,6 +60,7 @@ void add_inspect(Program& program, Context& context) {
   command.option("--length", options->length, "longest side the object is scaled to, e.g. 12 cm");
   command.option("--unit", options->unit, "of the file's coordinates: mm, cm, m or inch")
       .show_default("m");
+  command.flag("--any-size", options->any_size, "ask no question about sizes above 2 m");
   command.footer("Example:\n  carillon inspect *.obj");
   command.does([&context, options] {
     if (!context.speaks()) return;
@@ -68,12 +75,13 @@ void add_inspect(Program& program, Context& context) {
       if (!options->unit.empty()) file.unit = core::parse_unit_of_length(options->unit);
       try {
         const solvers::mesh::Diagnosis diagnosis = solvers::mesher::diagnose_in_child(file, {});
-        file.any_size = false;
+        file.any_size = options->any_size;
         const std::string question = solvers::mesh::unit_question(
             file, *std::max_element(diagnosis.extent.begin(), diagnosis.extent.end()), 0);
         if (context.json) {
           nlohmann::json one = solvers::mesh::to_json(diagnosis);
           one["file"] = path;
+          if (!diagnosis.closed) one["volume"] = nullptr;
           one["unit_question"] = question;
           all.push_back(one);
         } else {

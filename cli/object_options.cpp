@@ -112,7 +112,7 @@ void add_object_options(Command& command, ObjectOptions& options) {
   command
       .option("--second-axis", options.second_axis,
               "direction of its second axis (of wood across the rings)")
-      .show_default("0,1,0");
+      .show_default("0,1,0, or 0,0,1 where that is the first");
   command.option("--length", options.length,
                  "longest side the object is scaled to, e.g. 0.12 m (default: as the file says)");
   command.option("--unit", options.unit, "of the file's coordinates: mm, cm, m or inch")
@@ -176,8 +176,10 @@ scene::Object named_object(const ObjectOptions& options) {
     const auto axis = [](const std::string& text, const Vec3& otherwise) {
       return text.empty() ? otherwise : parse_position(text);
     };
-    object.material_axes = scene::material_axes(axis(options.first_axis, Vec3::UnitX()),
-                                                axis(options.second_axis, Vec3::UnitY()));
+    const Vec3 first = axis(options.first_axis, Vec3::UnitX());
+    const bool along_y = first.cross(Vec3::UnitY()).norm() < 1e-3 * first.norm();
+    object.material_axes = scene::material_axes(
+        first, axis(options.second_axis, along_y ? Vec3::UnitZ() : Vec3::UnitY()));
   }
   if (object.family.empty()) {
     refuse_idle(options);

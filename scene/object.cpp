@@ -186,7 +186,7 @@ Eigen::Matrix3d material_axes(const Vec3& first, const Vec3& second) {
   if (!first.allFinite() || !second.allFinite() ||
       !(third.norm() > 1e-9 * first.norm() * second.norm()))
     throw core::InputError("the material's axes lie along each other or have no length",
-                           "give two directions, as in [1, 0, 0] and [0, 1, 0]");
+                           "give two directions that differ, such as 1, 0, 0 and 0, 1, 0");
   Eigen::Matrix3d axes;
   axes.col(0) = first.normalized();
   axes.col(2) = third.normalized();

@@ -32,11 +32,13 @@ std::optional<core::Fault> elastic_fault(const Elastic& m) {
     const Eigen::SelfAdjointEigenSolver<Voigt> solver(*m.anisotropy, Eigen::EigenvaluesOnly);
     const auto& values = solver.eigenvalues();
     if (!m.anisotropy->allFinite() || !(values[0] > minimum * values[5])) {
+      const double ratio = values[0] / values[5];
       return core::Fault{
           "stiffness",
-          fmt::format("the stiffness must be positive definite: every strain costs energy; its "
-                      "smallest eigenvalue over the largest is {:.3g}",
-                      values[0] / values[5]),
+          "the stiffness must be positive definite: every strain costs energy" +
+              (std::isfinite(ratio)
+                   ? fmt::format("; its smallest eigenvalue over the largest is {:.3g}", ratio)
+                   : std::string("; it is not finite or zero")),
           "of engineering constants: moduli are positive, nu12^2 < E1 / E2, nu13^2 < E1 / E3, "
           "nu23^2 < E2 / E3, and the three are not large at once; of cubic ones: C44 > 0, "
           "C11 > |C12|, C11 + 2 C12 > 0"};

@@ -8,7 +8,7 @@ namespace carillon::solvers::mesh {
 namespace {
 
 constexpr double usual_length = 2, usual_mass = 1000;
-constexpr double volume_change = 0.01;
+constexpr double volume_change = 0.01, filled_area = 0.02;
 
 std::string in_words(double mass) {
   if (mass >= usual_mass) return fmt::format("{:.3g} tonnes", mass / 1000);
@@ -39,11 +39,28 @@ std::vector<std::string> mesh_warnings(const MeshFile& file, const MeshResult& m
                                    100 * repair.volume_change,
                                    in_words(mass / (1 + repair.volume_change)), in_words(mass)));
   }
-  if (repair.swallowed_volume > 0) {
+  if (repair.filled_area > filled_area) {
     warnings.push_back(fmt::format(
-        "a closed surface inside of the body looks outward and was taken for solid: {}; if it is "
-        "meant as a cavity, turn its triangles over: {}",
-        in_words(mass), in_words(density * (volume - repair.swallowed_volume))));
+        "holes of {:.3g} % of the surface were filled, so that the body is solid behind them; "
+        "where they are openings, close the surface in a modeller or say thickness: 0.003 m",
+        100 * repair.filled_area));
+  }
+  if (repair.wrap_alpha > 0) {
+    warnings.push_back(
+        fmt::format("the surface could not be mended as it is and was wrapped: what is narrower "
+                    "than {:.2g} mm may be closed or rounded, the more so where faces cross",
+                    1e3 * repair.wrap_alpha));
+  }
+  if (repair.swallowed_surfaces > 0) {
+    const std::string what =
+        repair.swallowed_surfaces == 1
+            ? "a closed surface inside of the body looks outward and was"
+            : fmt::format("{} closed surfaces inside of the body look outward and were",
+                          repair.swallowed_surfaces);
+    warnings.push_back(fmt::format(
+        "{} taken for solid: {}; meant as cavities, and as cores in them, it would be {}: then "
+        "turn the triangles of cavities over",
+        what, in_words(mass), in_words(density * (volume - repair.swallowed_volume))));
   }
   if (!follows_surface(mesh.quality, longest)) {
     warnings.push_back(fmt::format(

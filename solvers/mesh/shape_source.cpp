@@ -85,6 +85,9 @@ void visit_fields(D& d, Visit visit) {
     visit("volume_change", d.volume_change);
     visit("area_change", d.area_change);
     visit("swallowed_volume", d.swallowed_volume);
+    visit("swallowed_surfaces", d.swallowed_surfaces);
+    visit("filled_area", d.filled_area);
+    visit("wrap_alpha", d.wrap_alpha);
   } else if constexpr (std::is_same_v<Plain, MeshQuality>) {
     visit("elements", d.elements);
     visit("nodes", d.nodes);

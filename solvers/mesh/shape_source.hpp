@@ -77,8 +77,12 @@ struct RepairReport {
   std::vector<std::string> actions;  ///< in words, in order
   double volume_change = 0;          ///< relative; NaN when the input had no volume
   double area_change = 0;            ///< relative
-  /// Of inner surfaces that look outward, so that they were taken for solid [m^3].
+  /// What would be hollow, or a core in a hollow, if inner surfaces that look outward were not
+  /// taken for solid [m^3].
   double swallowed_volume = 0;
+  std::int64_t swallowed_surfaces = 0;
+  double filled_area = 0;  ///< of the holes that were filled, over the surface's
+  double wrap_alpha = 0;   ///< gaps narrower than this were closed by a wrap [m]; 0: there is none
 };
 
 struct MeshResult {

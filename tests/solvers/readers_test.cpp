@@ -310,6 +310,11 @@ TEST(ReadStl, ReadsWhatTheHeaderMiscounts) {
   };
   for (const std::uint32_t fewer : {0u, 1u, 11u})
     EXPECT_EQ(mesh::readers::read_stl("mesh", promise(fewer)).ends.size(), 12u);
+  // Also where bytes of something else follow the last facet.
+  for (const std::uint32_t fewer : {0u, 1u, 10u, 12u}) {
+    EXPECT_EQ(mesh::readers::read_stl("mesh", promise(fewer) + "x").ends.size(), 12u) << fewer;
+  }
+  EXPECT_EQ(mesh::readers::read_stl("mesh", promise(12) + std::string(170, 't')).ends.size(), 12u);
   for (const std::uint32_t more : {13u, 4000000000u})
     EXPECT_NE(error_of(mesh::readers::read_stl, promise(more)).find("the header promises"),
               std::string::npos);

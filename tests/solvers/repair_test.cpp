@@ -127,6 +127,111 @@ TEST(Repair, BelievesOrientationBeforeItUnites) {
   EXPECT_NEAR(mesh::signed_volume(stack.body), 2 - 0.1 * 0.75 * 0.7, 1e-9);
 }
 
+mesh::SurfaceMesh pipe_sheet(int sides, const Vec3& at = Vec3::Zero()) {
+  mesh::SurfaceMesh pipe;
+  for (std::int32_t i = 0; i < sides; ++i) {
+    const double angle = 2 * std::numbers::pi * i / sides;
+    for (const double z : {0.0, 0.1})
+      pipe.vertices.push_back(at + Vec3(0.01 * std::cos(angle), 0.01 * std::sin(angle), z));
+    const std::int32_t next = (i + 1) % sides;
+    pipe.triangles.push_back({2 * i, 2 * next, 2 * i + 1});
+    pipe.triangles.push_back({2 * next, 2 * next + 1, 2 * i + 1});
+  }
+  return pipe;
+}
+
+/// With its upper end closed.
+mesh::SurfaceMesh capped(mesh::SurfaceMesh pipe) {
+  const auto sides = static_cast<std::int32_t>(pipe.vertices.size() / 2);
+  for (std::int32_t i = 1; i + 1 < sides; ++i) pipe.triangles.push_back({1, 2 * i + 1, 2 * i + 3});
+  return pipe;
+}
+
+TEST(Repair, EveryPieceMayBeASheet) {
+  // Chimes of three pipes, and a pipe beside a body.
+  mesh::SurfaceMesh chimes = pipe_sheet(8);
+  for (const double x : {0.05, 0.1}) chimes = together(chimes, pipe_sheet(8, Vec3(x, 0, 0)));
+  EXPECT_NE(refusal(chimes).find("sheet"), std::string::npos);
+  EXPECT_NE(refusal(chimes).find("thickness"), std::string::npos);
+  const mesh::SurfaceMesh beside =
+      together(box_surface(Vec3(0.05, 0.05, 0.01), 2), pipe_sheet(16, Vec3(0.1, 0.02, 0)));
+  EXPECT_NE(refusal(beside).find("thickness"), std::string::npos);
+  // One that ends in the body is its leg.
+  const mesh::SurfaceMesh leg = together(box_surface(Vec3(0.05, 0.05, 0.02), 2),
+                                         moved(capped(pipe_sheet(16)), Vec3(0.025, 0.025, 0.01)));
+  const Outcome outcome = repaired(leg);
+  EXPECT_NEAR(
+      mesh::signed_volume(outcome.body) /
+          (0.05 * 0.05 * 0.02 + 16 * 0.5 * 1e-4 * std::sin(2 * std::numbers::pi / 16) * 0.09),
+      1, 1e-9);
+}
+
+TEST(Repair, TellsHowMuchWasFilled) {
+  // A jar as one sheet: a flat shoulder about a mouth of 30 x 30 mm.
+  mesh::SurfaceMesh jar = box_surface(Vec3(0.06, 0.06, 0.05), 4);
+  std::erase_if(jar.triangles, [&jar](const mesh::Triangle& t) {
+    Vec3 middle = Vec3::Zero();
+    for (const std::int32_t v : t) middle += jar.vertices[static_cast<std::size_t>(v)] / 3;
+    return middle.z() > 0.0499 && (middle - Vec3(0.03, 0.03, 0.05)).cwiseAbs().maxCoeff() < 0.015;
+  });
+  const Outcome outcome = repaired(jar);
+  EXPECT_NEAR(outcome.report.filled_area, 9e-4 / (2 * 36e-4 + 4 * 30e-4), 1e-9);
+}
+
+TEST(Repair, NestedSurfacesThatAllLookOutward) {
+  const auto box = [](double side) {
+    return moved(box_surface(Vec3::Constant(side), 2), Vec3::Constant(-side / 2));
+  };
+  const Outcome outcome = repaired(together(together(box(0.1), box(0.08)), box(0.04)));
+  EXPECT_NEAR(mesh::signed_volume(outcome.body), 1e-3, 1e-12);
+  EXPECT_EQ(outcome.report.swallowed_surfaces, 2);
+  // A hollow with a core in it.
+  EXPECT_NEAR(outcome.report.swallowed_volume, 0.08 * 0.08 * 0.08 - 0.04 * 0.04 * 0.04, 1e-12);
+}
+
+TEST(Repair, AWrapMendsNoNoiseAtThePriceOfASlit) {
+  // A bar of 100 x 21 x 6 mm with a slit of 0.2 mm, and a face whose vertices were moved about
+  // within it so that its triangles overlap.
+  const mesh::SurfaceMesh slit = prism({{0, 0},
+                                        {0.1, 0},
+                                        {0.1, 0.021},
+                                        {0.0501, 0.021},
+                                        {0.0501, 0.013},
+                                        {0.0499, 0.013},
+                                        {0.0499, 0.021},
+                                        {0, 0.021}},
+                                       0.006);
+  mesh::SurfaceMesh noisy = slit;
+  std::erase_if(noisy.triangles, [&noisy](const mesh::Triangle& t) {
+    return std::all_of(t.begin(), t.end(), [&noisy](std::int32_t v) {
+      return noisy.vertices[static_cast<std::size_t>(v)].y() == 0;
+    });
+  });
+  // The long side, in its place, as a grid.
+  constexpr int across = 60, up = 6;
+  const auto first = static_cast<std::int32_t>(noisy.vertices.size());
+  std::mt19937_64 random(3);
+  std::uniform_real_distribution<double> away(-0.0015, 0.0015);
+  for (int j = 0; j <= up; ++j)
+    for (int i = 0; i <= across; ++i) {
+      Vec3 at(0.1 * i / across, 0, 0.006 * j / up);
+      if (i > 6 && i < 24 && j > 0 && j < up) at += Vec3(away(random), 0, away(random));
+      noisy.vertices.push_back(at);
+    }
+  for (std::int32_t j = 0; j < up; ++j)
+    for (std::int32_t i = 0; i < across; ++i) {
+      const std::int32_t a = first + j * (across + 1) + i, b = a + 1, c = a + across + 1;
+      noisy.triangles.push_back({a, b, c});
+      noisy.triangles.push_back({b, c + 1, c});
+    }
+  try {
+    const Outcome outcome = repaired(noisy);
+    EXPECT_NEAR(mesh::signed_volume(outcome.body) / mesh::signed_volume(slit), 1, 1e-3);
+  } catch (const InputError& error) {
+    EXPECT_NE(error.message().find("a wrap would close gaps"), std::string::npos);
+  }
+}
+
 TEST(Repair, ClosesAFaceAndNoMouth) {
   // A face that lost most of itself, and a pipe that never had ends.
   mesh::SurfaceMesh box = box_surface(Vec3(0.1, 0.02, 0.006), 10);
@@ -141,15 +246,7 @@ TEST(Repair, ClosesAFaceAndNoMouth) {
   EXPECT_NEAR(mesh::signed_volume(closed.body), 0.1 * 0.02 * 0.006, 1e-12);
   EXPECT_TRUE(says(closed.report, "filled 1 hole"));
   for (const int sides : {4, 6, 8, 40}) {
-    mesh::SurfaceMesh pipe;
-    for (std::int32_t i = 0; i < sides; ++i) {
-      const double angle = 2 * std::numbers::pi * i / sides;
-      for (const double z : {0.0, 0.1})
-        pipe.vertices.emplace_back(0.01 * std::cos(angle), 0.01 * std::sin(angle), z);
-      const std::int32_t next = (i + 1) % sides;
-      pipe.triangles.push_back({2 * i, 2 * next, 2 * i + 1});
-      pipe.triangles.push_back({2 * next, 2 * next + 1, 2 * i + 1});
-    }
+    const mesh::SurfaceMesh pipe = pipe_sheet(sides);
     EXPECT_NE(refusal(pipe).find("sheet"), std::string::npos) << sides;
     EXPECT_GT(mesh::signed_volume(repaired(pipe, 0.001).body), 0);
   }
@@ -170,11 +267,15 @@ TEST(Repair, TellsAWrapThatClosesASlot) {
   const double usual = 0.002 * mesh::bounding_box(fork.vertices).extent().norm();
   const auto misplaced = [&fork](double offset) {
     const mesh::SurfaceMesh wrap = mesh::repair::alpha_wrap(fork, 5 * offset, offset);
-    return mesh::repair::misplaced_share(fork, mesh::repair::shrink_onto(wrap, fork), offset);
+    return mesh::repair::misplaced_points(fork, mesh::repair::shrink_onto(wrap, fork), offset,
+                                          5 * offset);
   };
-  EXPECT_GT(misplaced(usual), 0.05);
-  EXPECT_LT(misplaced(0.4 * usual), 0.01);
-  EXPECT_EQ(mesh::repair::misplaced_share(fork, fork, usual), 0);
+  EXPECT_GT(misplaced(usual).share, 0.05);
+  EXPECT_GT(misplaced(usual).facing, 0.05);
+  EXPECT_NEAR(misplaced(usual).width, 0.001, 1e-5);
+  EXPECT_LT(misplaced(0.4 * usual).share, 0.01);
+  EXPECT_LT(misplaced(0.4 * usual).facing, 0.003);
+  EXPECT_EQ(mesh::repair::misplaced_points(fork, fork, usual, 5 * usual).share, 0);
 }
 
 TEST(Repair, DropsInnerWallsAndFins) {

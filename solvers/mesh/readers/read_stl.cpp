@@ -29,13 +29,43 @@ void add_corner(PolygonMesh& mesh, double x, double y, double z) {
   mesh.vertices.emplace_back(x + 0.0, y + 0.0, z + 0.0);  // turns -0 into 0
 }
 
-/// Triangles of a binary file. The header's count holds, unless facets and nothing else follow it;
+/// Triangles of a binary file. The header's count holds, unless facets follow those it counts;
 /// a facet's last two bytes may count bytes of its own that follow (attributes), if that is how the
 /// file comes out even.
 struct Layout {
   std::size_t facets = 0;
   bool has_payloads = false;
 };
+
+/// Corners of facets of a binary file.
+std::vector<Vec3> corners_of(const std::string& path, std::string_view bytes, std::size_t from,
+                             std::size_t to) {
+  std::vector<Vec3> corners;
+  for (std::size_t i = from; i < to; ++i) {
+    ByteReader reader(path, bytes, header_bytes + i * facet_bytes + 3 * sizeof(float),
+                      std::endian::native == std::endian::big);
+    for (int corner = 0; corner < 3; ++corner) {
+      Vec3& point = corners.emplace_back();
+      for (Eigen::Index k = 0; k < 3; ++k) point[k] = reader.read<float>();
+    }
+  }
+  return corners;
+}
+
+/// Whether what follows the facets that were promised are more of them: finite, and no farther from
+/// the first ones than those reach.
+bool are_facets(const std::string& path, std::string_view bytes, std::size_t promised,
+                std::size_t room) {
+  const std::size_t known = std::max<std::size_t>(promised, 1);
+  const Box box = bounding_box(corners_of(path, bytes, 0, known));
+  // One facet alone says little of how far the others may be.
+  const double away = (known > 1 ? 2 : 1000) * box.longest_side();
+  const std::vector<Vec3> further = corners_of(path, bytes, promised, room);
+  return std::all_of(further.begin(), further.end(), [&](const Vec3& corner) {
+    return corner.allFinite() && (corner - box.low).minCoeff() > -away &&
+           (corner - box.high).maxCoeff() < away;
+  });
+}
 
 Layout layout_of(const std::string& path, std::string_view bytes, std::uint32_t count) {
   const std::size_t room = (bytes.size() - header_bytes) / facet_bytes;
@@ -49,6 +79,7 @@ Layout layout_of(const std::string& path, std::string_view bytes, std::uint32_t 
   }
   if (count > 0 && walked == count && end == bytes.size()) return {count, true};
   if (room > count && rest == 0) return {room, false};
+  if (room > count && are_facets(path, bytes, count, room)) return {room, false};
   if (room < count || count == 0) {
     throw core::InputError(fmt::format(
         "{}: the header promises {} triangles, but the file ends after {}", path, count, room));

@@ -69,13 +69,13 @@ double rim_share(const SurfaceMesh& mesh, const HoleLoop& loop, const std::vecto
 /// few missing triangles may be large in a coarse mesh; a scan's holes may have many sides, but
 /// they are small beside the whole.
 bool is_defect(const SurfaceMesh& mesh, const HoleLoop& loop, const std::vector<Triangle>& patch,
-               bool main_piece, const HoleLimits& limits) {
+               bool stands_alone, const HoleLimits& limits) {
   const std::size_t sides = loop.vertices.size();
   if (sides <= 3) return true;
   const double fraction = patch_area(mesh, patch) / limits.area;
   if (limits.gaps_only) return sides <= 8 && fraction < 0.02;
   constexpr double fold_deg = 40, flush_deg = 5, flush_share = 0.2;
-  if (main_piece && rim_share(mesh, loop, patch, fold_deg) < 0.1) return false;
+  if (stands_alone && rim_share(mesh, loop, patch, fold_deg) < 0.1) return false;
   if (rim_share(mesh, loop, patch, flush_deg) > flush_share) return fraction < max_area;
   return (sides <= 8 && fraction < 0.1) ||
          (perimeter(mesh, loop) < 0.25 * limits.diagonal && fraction < 0.05) || fraction < 0.02;
@@ -148,20 +148,22 @@ HoleCount fill_holes(SurfaceMesh& mesh, const HoleLimits& limits) {
     ++count.left;
     count.largest_perimeter = std::max(count.largest_perimeter, perimeter(mesh, loop));
   };
-  // Small pieces may end inside of the others, where a patch does no harm.
   const auto component = edge_components(mesh.triangles);
-  std::vector<double> piece_area;
+  const std::vector<SurfaceMesh> pieces = split(mesh, component);
   std::vector<std::int32_t> piece_of(mesh.vertices.size(), 0);
-  for (std::size_t t = 0; t < component.size(); ++t) {
-    const auto c = static_cast<std::size_t>(component[t]);
-    if (piece_area.size() <= c) piece_area.resize(c + 1, 0);
-    piece_area[c] += patch_area(mesh, {mesh.triangles[t]});
+  for (std::size_t t = 0; t < component.size(); ++t)
     for (const std::int32_t v : mesh.triangles[t])
       piece_of[static_cast<std::size_t>(v)] = component[t];
-  }
-  const auto in_main_piece = [&](const HoleLoop& loop) {
-    const auto v = static_cast<std::size_t>(loop.vertices.front());
-    return piece_area[static_cast<std::size_t>(piece_of[v])] > 0.5 * limits.area;
+  // A piece may end inside of another one, where a patch does no harm.
+  const auto stands_alone = [&](const HoleLoop& loop) {
+    Vec3 middle = Vec3::Zero();
+    for (const std::int32_t v : loop.vertices)
+      middle += at(mesh, v) / static_cast<double>(loop.vertices.size());
+    const auto own =
+        static_cast<std::size_t>(piece_of[static_cast<std::size_t>(loop.vertices.front())]);
+    for (std::size_t other = 0; other < pieces.size(); ++other)
+      if (other != own && std::abs(winding_number(pieces[other], middle)) > 0.5) return false;
+    return true;
   };
   double filled_area = 0;
   std::vector<Triangle> added;
@@ -179,7 +181,7 @@ HoleCount fill_holes(SurfaceMesh& mesh, const HoleLimits& limits) {
     });
     const double size = patch_area(mesh, patch);
     if (patch.size() + 2 != sides || !fresh ||
-        !is_defect(mesh, loop, patch, in_main_piece(loop), limits)) {
+        !is_defect(mesh, loop, patch, stands_alone(loop), limits)) {
       leave(loop);
       continue;
     }
@@ -192,8 +194,9 @@ HoleCount fill_holes(SurfaceMesh& mesh, const HoleLimits& limits) {
     for (const HoleLoop& loop : loops) {
       count.largest_perimeter = std::max(count.largest_perimeter, perimeter(mesh, loop));
     }
-    return {0, static_cast<std::int64_t>(loops.size()), count.largest_perimeter};
+    return {0, static_cast<std::int64_t>(loops.size()), count.largest_perimeter, 0};
   }
+  count.area = filled_area;
   mesh.triangles.insert(mesh.triangles.end(), added.begin(), added.end());
   return count;
 }

@@ -36,9 +36,10 @@ constexpr double coat_area = 1.5;
 /// Alpha of the wraps that are tried, in offsets: fine ones keep hollows, coarse ones close gaps.
 constexpr double alphas[] = {5, 10, 20};
 /// Parts of the offset asked for that are tried where that wraps gaps or walls away.
-constexpr double finer[] = {1, 0.4};
-/// Share of a surface's sides that a wrap may misplace before it is another body.
-constexpr double wrap_misplaced = 0.03;
+constexpr double finer[] = {1, 0.4, 0.2};
+/// Share of a surface's sides that a wrap may misplace before it is another body, and of the
+/// surface where it is a gap that was closed or a wall that was lost.
+constexpr double wrap_misplaced = 0.03, wrap_facing = 0.003;
 
 /// The state of one repair.
 struct Repair {
@@ -235,7 +236,11 @@ SurfaceMesh wrapped(const SurfaceMesh& mesh, Repair& repair) {
     refuse(repair, "the surface is a sheet and bounds no body", sheet_hint);
   }
   const double given_area = area(mesh);
-  double change = 0, misplaced = 0;
+  double change = 0;
+  Misplaced misplaced;
+  const auto is_another_body = [&misplaced] {
+    return misplaced.share > wrap_misplaced || misplaced.facing > wrap_facing;
+  };
   for (const double part : finer) {
     const double offset = part * repair.file.wrap_tolerance * repair.diagonal;
     for (const double multiple : alphas) {
@@ -243,8 +248,8 @@ SurfaceMesh wrapped(const SurfaceMesh& mesh, Repair& repair) {
       if (edges.open > 0 && area(coarse) > coat_area * given_area) continue;
       auto body = verified(shrink_onto(coarse, mesh));
       if (!body) continue;
-      misplaced = misplaced_share(mesh, *body, offset);
-      if (misplaced > wrap_misplaced) continue;
+      misplaced = misplaced_points(mesh, *body, offset, multiple * offset);
+      if (is_another_body()) continue;
       if (repair.volume) {
         change = signed_volume(*body) / *repair.volume - 1;
         const bool too_small = change < -wrap_volume_change && !repair.overlapping;
@@ -254,25 +259,29 @@ SurfaceMesh wrapped(const SurfaceMesh& mesh, Repair& repair) {
           fmt::format("wrapped (alpha {:.3g} m, offset {:.3g} m) and drew the wrap onto the "
                       "triangles",
                       multiple * offset, offset));
+      repair.report.wrap_alpha = multiple * offset;
       return std::move(*body);
     }
-    if (misplaced <= wrap_misplaced) break;  // a finer one would not help
+    if (!is_another_body()) break;  // a finer one would not help
   }
-  if (misplaced > wrap_misplaced) {
-    refuse(
-        repair,
-        fmt::format("a wrap would close gaps or lose walls: {:.0f} % of the surface would not be "
-                    "one any more",
-                    100 * misplaced),
-        "mend it in a modeller; a smaller wrap tolerance may keep thin walls and gaps");
+  const char* const hint = edges.open > 0 ? sheet_hint
+                                          : "mend it in a modeller; a smaller wrap_tolerance of a "
+                                            "configuration's object may keep thin walls and gaps";
+  if (is_another_body()) {
+    const std::string width =
+        misplaced.width > 0 ? fmt::format(" of {:.2g} mm", 1e3 * misplaced.width) : "";
+    refuse(repair,
+           fmt::format("a wrap would close gaps or lose walls{}: {:.2g} % of the surface would not "
+                       "be one any more",
+                       width, 100 * std::max(misplaced.share, misplaced.facing)),
+           hint);
   }
   if (std::abs(change) > wrap_volume_change) {
-    refuse(repair, fmt::format("a wrap would change the volume by {:+.0f} %", 100 * change),
-           "a smaller wrap tolerance may keep thin walls and hollows");
+    refuse(repair, fmt::format("a wrap would change the volume by {:+.0f} %", 100 * change), hint);
   }
   if (edges.open > 0) refuse(repair, "the surface is open and bounds no body", sheet_hint);
   refuse(repair, "the surface cannot be repaired, nor wrapped by a body like it",
-         "mend it in a modeller, or try another wrap tolerance");
+         "mend it in a modeller, or try another wrap_tolerance of a configuration's object");
 }
 
 void refuse_flat(const SurfaceMesh& mesh, const Repair& repair) {
@@ -300,6 +309,7 @@ SurfaceMesh treat(SurfaceMesh work, Repair& repair) {
   const bool sheet_wanted = repair.file.thickness > 0;
   const HoleCount holes = fill_holes(work, {repair.diagonal, area(work), sheet_wanted});
   repair.say(holes.filled, "filled {} holes");
+  repair.report.filled_area = holes.area / area(work);
   repair.say(drop_debris(work), "dropped {} loose scraps");
   if (count_open(work).open > 0) {
     if (sheet_wanted) return thickened(work, repair);
@@ -339,8 +349,9 @@ SurfaceMesh repair(const SurfaceMesh& mesh, const MeshFile& file, Diagnosis& dia
   if (pieces.size() > 1) {
     repair.say(fmt::format("the object consists of {} closed surfaces", pieces.size()));
   }
-  // What was taken for solid on either side of an inner surface counts once.
-  const double before = repair.volume_before.value_or(0) - report.swallowed_volume;
+  // Where pieces meet, or lie in what is solid already, their sum was no body's volume.
+  const bool counts_twice = repair.overlapping || report.swallowed_surfaces > 0;
+  const double before = counts_twice ? 0 : repair.volume_before.value_or(0);
   report.volume_change =
       before > 0 ? signed_volume(body) / before - 1 : std::numeric_limits<double>::quiet_NaN();
   report.area_change = diagnosis.area > 0 ? area(body) / diagnosis.area - 1

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "core/numbers.hpp"
 #include "solvers/mesh/repair/detail/intersections.hpp"
 #include "solvers/mesh/repair/detail/repair_steps.hpp"
 #include "solvers/mesh/simplify/cgal_mesh.hpp"
@@ -21,6 +22,9 @@ using simplify::to_cgal;
 using Triangles = std::vector<Kernel::Triangle_3>;
 using Tree = CGAL::AABB_tree<
     CGAL::AABB_traits<Kernel, CGAL::AABB_triangle_primitive<Kernel, Triangles::const_iterator>>>;
+
+/// Cosine from which triangles face each other.
+constexpr double facing = 0.7;
 
 /// Share of the way to the surface that a wrap's vertex goes at first; not the whole, so that
 /// vertices which would meet on an edge of the surface stay apart.
@@ -46,6 +50,13 @@ Vec3 normal_of(const SurfaceMesh& mesh, std::size_t t) {
     return mesh.vertices[static_cast<std::size_t>(mesh.triangles[t][i])];
   };
   return (corner(1) - corner(0)).cross(corner(2) - corner(0)).normalized();
+}
+
+Vec3 normal_of(const Kernel::Triangle_3& triangle) {
+  const Vec3 a = simplify::from_cgal(triangle.vertex(0)),
+             b = simplify::from_cgal(triangle.vertex(1)),
+             c = simplify::from_cgal(triangle.vertex(2));
+  return (b - a).cross(c - a).normalized();
 }
 
 }  // namespace
@@ -97,32 +108,43 @@ SurfaceMesh shrink_onto(const SurfaceMesh& wrap, const SurfaceMesh& soup) {
   return wrap;
 }
 
-double misplaced_share(const SurfaceMesh& soup, const SurfaceMesh& body, double reach) {
-  constexpr std::size_t count = 500;
+Misplaced misplaced_points(const SurfaceMesh& soup, const SurfaceMesh& body, double extent,
+                           double alpha) {
+  constexpr std::size_t count = 2000;
   const Triangles triangles = sound_triangles(soup);
   const Tree tree(triangles.cbegin(), triangles.cend());
   const simplify::CgalMesh closed = simplify::closed_cgal_mesh(body);
   const CGAL::Side_of_triangle_mesh<simplify::CgalMesh, Kernel> side_of(closed);
   std::size_t wrong = 0;
+  std::vector<double> widths;
   const std::vector<SpreadPoint> points = spread_points(soup, count);
   for (const auto& [point, triangle] : points) {
     const Vec3 normal = normal_of(soup, triangle);
     for (const double side : {1.0, -1.0}) {
       // The ray begins beside its own triangle.
-      const Vec3 way = side * normal, from = point + 1e-3 * reach * way;
-      double free = 2 * reach;
+      const Vec3 way = side * normal, from = point + 1e-3 * extent * way;
+      double free = 2 * extent, gap = 0;
       if (const auto hit =
               tree.first_intersection(Kernel::Ray_3(to_cgal(from), to_cgal(Vec3(from + way))))) {
         if (const auto* met = boost::get<Kernel::Point_3>(&hit->first)) {
-          free = std::min(free, (simplify::from_cgal(*met) - point).norm());
+          const double distance = (simplify::from_cgal(*met) - point).norm();
+          if (distance < alpha + free && normal_of(*hit->second).dot(normal) < -facing)
+            gap = distance;
+          free = std::min(free, distance);
         }
       }
       const Vec3 beside = point + free / 2 * way;
-      const bool was_inside = std::abs(winding_number(soup, beside)) > 0.5;
-      wrong += (side_of(to_cgal(beside)) == CGAL::ON_BOUNDED_SIDE) != was_inside;
+      const bool is_inside = side_of(to_cgal(beside)) == CGAL::ON_BOUNDED_SIDE;
+      // Most triangles look outward; only what contradicts them is worth the winding number.
+      if (is_inside == (side < 0)) continue;
+      if (is_inside == (std::abs(winding_number(soup, beside)) > 0.5)) continue;
+      ++wrong;
+      if (gap > 0) widths.push_back(gap);
     }
   }
-  return static_cast<double>(wrong) / static_cast<double>(2 * points.size());
+  const auto all = static_cast<double>(points.size());
+  return {static_cast<double>(wrong) / (2 * all), static_cast<double>(widths.size()) / all,
+          widths.empty() ? 0 : core::median(widths)};
 }
 
 double facing_share(const SurfaceMesh& one, const SurfaceMesh& other, double reach) {

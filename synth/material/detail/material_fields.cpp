@@ -82,6 +82,12 @@ double number_of(const Pair& pair, core::Dimension dimension) {
                    known_keys());
 }
 
+/// Moduli without which some strain would cost no energy.
+bool is_positive(std::string_view name) {
+  return name.starts_with('E') || name.starts_with('G') || name == "C11" || name == "C33" ||
+         name == "C44";
+}
+
 /// Numbers between blanks.
 Values list_of(const Pair& pair, Dimension dimension) {
   Values values;
@@ -161,17 +167,27 @@ std::optional<core::Fault> make_elastic(const GivenElastic& given,
   std::vector<ElasticField> wanted;
   if (!given.stiffness) wanted = chosen->fields;
   wanted.push_back(density);
+  std::vector<ElasticField> missing;
+  for (const ElasticField& field : wanted)
+    if (!given.constants.contains(field.name)) missing.push_back(field);
+  if (!missing.empty()) {
+    std::vector<std::string> texts;
+    for (const ElasticField& field : missing)
+      texts.push_back(fmt::format("\"{}\" [{}]", field.name, core::unit_name(field.dimension)));
+    const std::string_view law = given.stiffness ? "anisotropic" : chosen->name;
+    return core::Fault{missing.front().name,
+                       fmt::format("{} {} missing of an {} solid", fmt::join(texts, ", "),
+                                   missing.size() == 1 ? "is" : "are", law),
+                       chosen->stiffness == nullptr && !given.stiffness
+                           ? "write youngs_modulus=7.2e10,poisson_ratio=0.19,density=2700"
+                           : ""};
+  }
   Values values;
   for (const ElasticField& field : wanted) {
-    const auto found = given.constants.find(field.name);
-    if (found == given.constants.end())
-      return core::Fault{
-          field.name,
-          fmt::format("\"{}\" is missing [{}]", field.name, core::unit_name(field.dimension)),
-          chosen->stiffness == nullptr && !given.stiffness
-              ? "write youngs_modulus=7.2e10,poisson_ratio=0.19,density=2700"
-              : ""};
-    values.push_back(found->second);
+    values.push_back(given.constants.at(field.name));
+    if (is_positive(field.name) && !(values.back() > 0))
+      return core::Fault{field.name,
+                         fmt::format("{} must be positive, not {}", field.name, values.back()), ""};
   }
   if (given.stiffness) {
     elastic = solvers::elements::anisotropic(*given.stiffness, values.back());

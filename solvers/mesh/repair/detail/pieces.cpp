@@ -86,7 +86,11 @@ std::vector<SurfaceMesh> settle_nesting(std::vector<SurfaceMesh> pieces, bool tr
     if (parent != nullptr && trusted && says != wanted) {
       kept[i] = false;
       ++swallowed;
-      report.swallowed_volume += std::abs(signed_volume(pieces[i]));
+      // As nested hollows and cores would be: by the depth below what is kept.
+      std::size_t depth = 0;
+      for (const std::size_t outer : around[i]) depth += !kept[outer];
+      const double own = std::abs(signed_volume(pieces[i]));
+      report.swallowed_volume += depth % 2 == 0 ? own : -own;
       continue;
     }
     turned += outward[i] != wanted;
@@ -97,6 +101,7 @@ std::vector<SurfaceMesh> settle_nesting(std::vector<SurfaceMesh> pieces, bool tr
   if (turned > 0) report.actions.push_back(fmt::format("turned {} closed piece(s) over", turned));
   if (cavities > 0)
     report.actions.push_back(fmt::format("kept {} inner piece(s) as cavities", cavities));
+  report.swallowed_surfaces += swallowed;
   if (swallowed > 0) {
     report.actions.push_back(
         fmt::format("removed {} piece(s) that lay inside the material", swallowed));

@@ -19,6 +19,7 @@ struct HoleCount {
   std::int64_t filled = 0;
   std::int64_t left = 0;
   double largest_perimeter = 0;  ///< of those left [m]
+  double area = 0;               ///< of what was filled, holes of three sides apart [m^2]
 };
 
 /// Fills holes by the triangulation of least area and bend (CGAL). Holes of three sides always;
@@ -60,12 +61,21 @@ SurfaceMesh alpha_wrap(const SurfaceMesh& soup, double alpha, double offset);
 /// surface free of self-intersections; so walls keep their thickness.
 SurfaceMesh shrink_onto(const SurfaceMesh& wrap, const SurfaceMesh& soup);
 
-/// How far a body is from what triangles bound: the share of points beside them that lie in it but
-/// outside of the triangles (a slot that was closed), or the other way (a wall that was lost). The
-/// triangles may be open; their winding number tells inside from outside (Jacobson et al. 2013).
-/// @param reach  largest distance of the points from their triangles [m]; half of a gap or a wall
-///               where that is less
-double misplaced_share(const SurfaceMesh& soup, const SurfaceMesh& body, double reach);
+/// How far a body is from what triangles bound: points beside them that lie in it but outside of
+/// the triangles (a slot that was closed), or the other way (a wall that was lost).
+struct Misplaced {
+  double share = 0;   ///< of the points
+  double facing = 0;  ///< of the surface: where it lies between two faces that look at each other
+  double width = 0;   ///< of those gaps and walls, the median [m]
+};
+
+/// The triangles may be open; their winding number tells inside from outside (Jacobson et al.
+/// 2013).
+/// @param extent  largest distance of the points from their triangles [m]; half of a gap or a wall
+///                where that is less
+/// @param alpha   of the wrap: wider gaps are open in it [m]
+Misplaced misplaced_points(const SurfaceMesh& soup, const SurfaceMesh& body, double extent,
+                           double alpha);
 
 /// Share of a surface's area from which another one lies within `reach` [m] straight ahead or
 /// behind.
