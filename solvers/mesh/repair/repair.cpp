@@ -36,7 +36,7 @@ constexpr double coat_area = 1.5;
 /// Alpha of the wraps that are tried, in offsets: fine ones keep hollows, coarse ones close gaps.
 constexpr double alphas[] = {5, 10, 20};
 /// Parts of the offset asked for that are tried where that wraps gaps or walls away.
-constexpr double finer[] = {1, 0.4, 0.2};
+constexpr double finer[] = {1, 0.4};
 /// Share of a surface's sides that a wrap may misplace before it is another body, and of the
 /// surface where it is a gap that was closed or a wall that was lost.
 constexpr double wrap_misplaced = 0.03, wrap_facing = 0.003;
@@ -249,7 +249,7 @@ SurfaceMesh wrapped(const SurfaceMesh& mesh, Repair& repair) {
       auto body = verified(shrink_onto(coarse, mesh));
       if (!body) continue;
       misplaced = misplaced_points(mesh, *body, offset, multiple * offset);
-      if (is_another_body()) continue;
+      if (is_another_body()) break;  // a coarser one closes more
       if (repair.volume) {
         change = signed_volume(*body) / *repair.volume - 1;
         const bool too_small = change < -wrap_volume_change && !repair.overlapping;
