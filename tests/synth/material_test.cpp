@@ -93,7 +93,7 @@ TEST(ParseMaterial, AnisotropicSolids) {
       "168e9 121e9 121e9 0 0 0 168e9 121e9 0 0 0 168e9 0 0 0 75e9 0 0 75e9 0 75e9";
   EXPECT_LT((stiffness("stiffness=" + triangle) - cubic).norm(), 1);
   EXPECT_TRUE(contains(message_of("stiffness=1 2 3,density=1"), "symmetric matrix"));
-  EXPECT_TRUE(contains(message_of("E1=1,E2=1,density=1"), "\"E3\" is missing"));
+  EXPECT_TRUE(contains(message_of("E1=1,E2=1,density=1"), "\"E3\" [Pa], \"nu23\" [1]"));
   EXPECT_TRUE(contains(message_of("C11=3,C12=1,density=1"), "\"C44\" is missing"));
   EXPECT_TRUE(contains(message_of("C11=1,youngs_modulus=1,density=1"), "no law together"));
   EXPECT_TRUE(contains(message_of("C11=1,C12=2,C44=1,density=1"), "positive definite"));
@@ -118,6 +118,11 @@ TEST(PresetMaterials, PorcelainDampsATenKilohertzModeAsPublished) {
   const double omega = 2 * M_PI * 1e4;
   EXPECT_NEAR(porcelain.damping.parameters[0] + porcelain.damping.parameters[1] * omega * omega,
               43.378, 1e-3);
+}
+
+TEST(ParseMaterial, ModuliArePositive) {
+  EXPECT_TRUE(contains(message_of("C11=0,C12=1,C44=1,density=1"), "C11 must be positive, not 0"));
+  EXPECT_TRUE(contains(message_of("C11=3,C12=1,C44=-1,density=1"), "C44 must be positive, not -1"));
 }
 
 TEST(ParseMaterial, TakesKeysInAnyOrderWithUnits) {

@@ -174,13 +174,15 @@ std::optional<core::Fault> make_elastic(const GivenElastic& given,
     std::vector<std::string> texts;
     for (const ElasticField& field : missing)
       texts.push_back(fmt::format("\"{}\" [{}]", field.name, core::unit_name(field.dimension)));
-    const std::string_view law = given.stiffness ? "anisotropic" : chosen->name;
-    return core::Fault{missing.front().name,
-                       fmt::format("{} {} missing of an {} solid", fmt::join(texts, ", "),
-                                   missing.size() == 1 ? "is" : "are", law),
-                       chosen->stiffness == nullptr && !given.stiffness
-                           ? "write youngs_modulus=7.2e10,poisson_ratio=0.19,density=2700"
-                           : ""};
+    const ElasticField& first = missing.front();
+    return core::Fault{
+        first.name,
+        missing.size() == 1
+            ? fmt::format("\"{}\" is missing [{}]", first.name, core::unit_name(first.dimension))
+            : fmt::format("{} are missing of an {} solid", fmt::join(texts, ", "), chosen->name),
+        chosen->stiffness == nullptr && !given.stiffness
+            ? "write youngs_modulus=7.2e10,poisson_ratio=0.19,density=2700"
+            : ""};
   }
   Values values;
   for (const ElasticField& field : wanted) {
