@@ -63,7 +63,7 @@ struct Diagonal {
 };
 
 /// Values are the largest of `expected`; vectors are M-orthonormal eigenvectors.
-testing::AssertionResult solves(const Diagonal& operator_, std::vector<double> expected,
+testing::AssertionResult solves(const Diagonal& system, std::vector<double> expected,
                                 const solvers::eigen::LanczosOptions& options,
                                 const solvers::eigen::LanczosResult& result) {
   std::sort(expected.begin(), expected.end(), std::greater<>());
@@ -77,15 +77,14 @@ testing::AssertionResult solves(const Diagonal& operator_, std::vector<double> e
              << "value " << k << " is " << result.values[k] << ", not " << exact;
     }
   }
-  Eigen::MatrixXd gram =
-      result.vectors.transpose() * operator_.masses.asDiagonal() * result.vectors;
+  Eigen::MatrixXd gram = result.vectors.transpose() * system.masses.asDiagonal() * result.vectors;
   const Eigen::MatrixXd residual =
-      operator_.values.asDiagonal() * result.vectors - result.vectors * result.values.asDiagonal();
+      system.values.asDiagonal() * result.vectors - result.vectors * result.values.asDiagonal();
   Eigen::MatrixXd squares = residual.colwise().squaredNorm();
   MPI_Allreduce(MPI_IN_PLACE, gram.data(), static_cast<int>(gram.size()), MPI_DOUBLE, MPI_SUM,
-                operator_.problem.comm);
+                system.problem.comm);
   MPI_Allreduce(MPI_IN_PLACE, squares.data(), static_cast<int>(squares.size()), MPI_DOUBLE, MPI_SUM,
-                operator_.problem.comm);
+                system.problem.comm);
   gram.diagonal().array() -= 1;
   if (gram.cwiseAbs().maxCoeff() > 1e-12) {
     return testing::AssertionFailure() << "not orthonormal by " << gram.cwiseAbs().maxCoeff();
