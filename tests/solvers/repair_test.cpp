@@ -226,7 +226,8 @@ TEST(Repair, AWrapMendsNoNoiseAtThePriceOfASlit) {
     }
   try {
     const Outcome outcome = repaired(noisy);
-    EXPECT_NEAR(mesh::signed_volume(outcome.body) / mesh::signed_volume(slit), 1, 1e-3);
+    // The slit is 8e-4 of it.
+    EXPECT_NEAR(mesh::signed_volume(outcome.body) / mesh::signed_volume(slit), 1, 2e-4);
   } catch (const InputError& error) {
     EXPECT_NE(error.message().find("a wrap would close gaps"), std::string::npos);
   }

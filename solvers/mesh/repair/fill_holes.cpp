@@ -149,11 +149,16 @@ HoleCount fill_holes(SurfaceMesh& mesh, const HoleLimits& limits) {
     count.largest_perimeter = std::max(count.largest_perimeter, perimeter(mesh, loop));
   };
   const auto component = edge_components(mesh.triangles);
-  const std::vector<SurfaceMesh> pieces = split(mesh, component);
   std::vector<std::int32_t> piece_of(mesh.vertices.size(), 0);
   for (std::size_t t = 0; t < component.size(); ++t)
     for (const std::int32_t v : mesh.triangles[t])
       piece_of[static_cast<std::size_t>(v)] = component[t];
+  const std::vector<SurfaceMesh> pieces = split(mesh, component);
+  std::vector<Box> boxes;
+  for (const SurfaceMesh& piece : pieces) {
+    boxes.emplace_back();
+    if (piece.triangles.size() > 3) boxes.back() = bounding_box(piece.vertices);
+  }
   // A piece may end inside of another one, where a patch does no harm.
   const auto stands_alone = [&](const HoleLoop& loop) {
     Vec3 middle = Vec3::Zero();
@@ -161,8 +166,13 @@ HoleCount fill_holes(SurfaceMesh& mesh, const HoleLimits& limits) {
       middle += at(mesh, v) / static_cast<double>(loop.vertices.size());
     const auto own =
         static_cast<std::size_t>(piece_of[static_cast<std::size_t>(loop.vertices.front())]);
-    for (std::size_t other = 0; other < pieces.size(); ++other)
-      if (other != own && std::abs(winding_number(pieces[other], middle)) > 0.5) return false;
+    for (std::size_t other = 0; other < pieces.size(); ++other) {
+      const Box& box = boxes[other];
+      const bool may_enclose =
+          (middle - box.low).minCoeff() > 0 && (box.high - middle).minCoeff() > 0;
+      if (other != own && may_enclose && std::abs(winding_number(pieces[other], middle)) > 0.5)
+        return false;
+    }
     return true;
   };
   double filled_area = 0;
