@@ -165,7 +165,8 @@ void give_volume(TetMesh& mesh, double wanted, const SurfaceProjection& truth) {
 
 }  // namespace
 
-void keep_volume(TetMesh& mesh, double wanted, const SurfaceProjection& truth) {
+double keep_volume(TetMesh& mesh, double wanted, const SurfaceProjection& truth) {
+  const double before = enclosed_volume(mesh);
   if (!mesh.finer_nodes.empty()) {
     TetMesh finer = next_order(mesh);
     give_volume(finer, wanted, truth);
@@ -175,6 +176,7 @@ void keep_volume(TetMesh& mesh, double wanted, const SurfaceProjection& truth) {
     mesh.finer_nodes = std::move(finer.nodes);
   }
   give_volume(mesh, wanted, truth);
+  return (enclosed_volume(mesh) - before) / wanted;
 }
 
 }  // namespace carillon::solvers::mesh

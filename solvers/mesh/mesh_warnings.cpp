@@ -62,7 +62,7 @@ std::vector<std::string> mesh_warnings(const MeshFile& file, const MeshResult& m
         "turn the triangles of cavities over",
         what, in_words(mass), in_words(density * (volume - repair.swallowed_volume))));
   }
-  if (!follows_surface(mesh.quality, longest)) {
+  if (!follows_surface(mesh.quality, longest, mean_thickness(mesh.mesh))) {
     warnings.push_back(fmt::format(
         "the elements follow the surface within {:.3g} mm and {:+.1f} % of its area; a smaller "
         "element_size keeps more of its detail",

@@ -98,6 +98,7 @@ void visit_fields(D& d, Visit visit) {
     visit("volume", d.volume);
     visit("straightened", d.straightened);
     visit("volume_error", d.volume_error);
+    visit("volume_added", d.volume_added);
     visit("area_error", d.area_error);
     visit("hausdorff", d.hausdorff);
   } else if constexpr (std::is_same_v<Plain, GeneratedShape>) {

@@ -158,9 +158,10 @@ std::vector<std::int32_t> boundary_faces(const TetMesh& mesh) {
   return faces;
 }
 
-bool follows_surface(const MeshQuality& quality, double longest) {
+bool follows_surface(const MeshQuality& quality, double longest, double wall) {
   constexpr double fiftieth = 0.02;
-  return !(quality.hausdorff > fiftieth * longest) && !(std::abs(quality.area_error) > fiftieth);
+  return !(quality.hausdorff > std::min(fiftieth * longest, wall / 2)) &&
+         !(std::abs(quality.area_error) > fiftieth);
 }
 
 MeshQuality measure_quality(const TetMesh& mesh) {

@@ -63,14 +63,16 @@ struct MeshQuality {
                                   ///< chord to keep the Jacobian positive
   /// How far the mesh is from the surface that it was made of; not a number where there was none.
   double volume_error = std::numeric_limits<double>::quiet_NaN();  ///< relative, with its sign
-  double area_error = std::numeric_limits<double>::quiet_NaN();    ///< relative, with its sign
-  double hausdorff = std::numeric_limits<double>::quiet_NaN();     ///< of both boundaries, by
-                                                                   ///< samples [m]
+  /// Part of the volume that the elements lacked before their boundary was moved to make up for it.
+  double volume_added = std::numeric_limits<double>::quiet_NaN();
+  double area_error = std::numeric_limits<double>::quiet_NaN();  ///< relative, with its sign
+  double hausdorff = std::numeric_limits<double>::quiet_NaN();   ///< of both boundaries, by
+                                                                 ///< samples [m]
 };
 MeshQuality measure_quality(const TetMesh& mesh);
-/// Whether elements keep within a fiftieth of a body's longest side [m] to its surface, and within
-/// a fiftieth of its area; also where there was none.
-bool follows_surface(const MeshQuality& quality, double longest);
+/// Whether elements keep to the surface of a body within a fiftieth of its longest side and half of
+/// its mean wall [m], and within a fiftieth of its area; also where there was no surface.
+bool follows_surface(const MeshQuality& quality, double longest, double wall);
 
 /// Mean thickness, 2 V / A, with the boundary's area taken from its corners [m].
 double mean_thickness(const TetMesh& mesh);

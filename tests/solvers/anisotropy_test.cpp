@@ -23,11 +23,7 @@ namespace {
 
 using elements::Elastic;
 using elements::Voigt;
-
-/// Sitka spruce, about (Wood Handbook, tables 5-1 to 5-3): axes along the grain, across the rings,
-/// along them.
-const elements::EngineeringConstants spruce = {
-    {11.9e9, 0.93e9, 0.51e9}, {0.435, 0.467, 0.372}, {0.036e9, 0.73e9, 0.76e9}};
+using test::spruce;
 
 Eigen::Matrix3d turn(double angle, const Vec3& axis) {
   return Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix();
@@ -157,6 +153,19 @@ TEST(Anisotropy, OrthotropicBoxesAreRitzs) {
   for (std::size_t i = 0; i < truth.size(); ++i)
     EXPECT_LT(std::abs(1200 * std::log2(found[i] / truth[i])), 1) << "mode " << i + 1;
   EXPECT_EQ(modes.certificate.rigid_modes, 6);
+}
+
+TEST(Anisotropy, EstimatesAreTrue) {
+  const Voigt stiffness = elements::orthotropic_stiffness(spruce);
+  const auto truth = test::box_frequencies({0.05, 0.03, 0.02}, {11, 11, 11}, stiffness, 400, 12);
+  for (const auto& [order, cells] :
+       {std::pair(1, std::array{20, 14, 10}), {2, {8, 6, 5}}, {3, {5, 4, 4}}, {4, {5, 4, 4}}}) {
+    const auto modes = test::lowest_modes(test::box_mesh(Vec3(0.05, 0.03, 0.02), cells, order),
+                                          {elements::anisotropic(stiffness, 400)}, 20);
+    const auto found = test::measure_effectivity(modes, truth);
+    EXPECT_GT(found.compared, 7u) << "order " << order;
+    EXPECT_EQ(found.complaint, "") << "order " << order;
+  }
 }
 
 TEST(Anisotropy, ABodyAndItsAxesTurnTogether) {

@@ -1,8 +1,4 @@
 // Cutting of surfaces where more than two triangles meet (surface_topology.hpp).
-#include <Eigen/Geometry>
-#include <algorithm>
-#include <cmath>
-#include <tuple>
 #include <utility>
 
 #include "core/disjoint_sets.hpp"
@@ -11,37 +7,15 @@
 namespace carillon::solvers::mesh::repair {
 namespace {
 
-/// Pairs of triangles at an edge that bound the same wedge of material. Seen against the edge's
-/// direction, low to high, a wedge begins at a triangle that walks the edge backward and ends at
-/// the next one that walks it forward.
+/// Pairs of triangles at an edge that bound the same wedge of material: it begins at a triangle
+/// that walks the edge backward and ends at the next one that walks it forward.
 std::vector<std::pair<std::int32_t, std::int32_t>> wedges(const SurfaceMesh& mesh,
                                                           std::span<const EdgeUse> edge) {
   if (edge.size() == 2) {
     if (edge[0].forward == edge[1].forward) return {};
     return {{edge[0].triangle, edge[1].triangle}};
   }
-  const Vec3& low = mesh.vertices[static_cast<std::size_t>(edge[0].low)];
-  const Vec3 axis = (mesh.vertices[static_cast<std::size_t>(edge[0].high)] - low).normalized();
-  const Vec3 u = axis.unitOrthogonal();
-  const Vec3 v = axis.cross(u);
-  struct Blade {
-    double angle;
-    bool backward;
-    std::int32_t triangle;
-  };
-  std::vector<Blade> blades;
-  for (const EdgeUse& use : edge) {
-    const Triangle& t = mesh.triangles[static_cast<std::size_t>(use.triangle)];
-    const std::int32_t third = t[0] + t[1] + t[2] - use.low - use.high;
-    const Vec3 w = mesh.vertices[static_cast<std::size_t>(third)] - low;
-    // Rounded, so that blades in one plane count as one direction.
-    const double angle = std::round(std::atan2(w.dot(v), w.dot(u)) * 1e9);
-    blades.push_back({angle, !use.forward, use.triangle});
-  }
-  // In one direction a wedge ends before the next one begins.
-  std::sort(blades.begin(), blades.end(), [](const Blade& a, const Blade& b) {
-    return std::tie(a.angle, a.backward, a.triangle) < std::tie(b.angle, b.backward, b.triangle);
-  });
+  const std::vector<Blade> blades = blades_around(mesh, edge);
   std::vector<std::pair<std::int32_t, std::int32_t>> pairs;
   for (std::size_t i = 0; i < blades.size(); ++i) {
     const Blade& next = blades[(i + 1) % blades.size()];

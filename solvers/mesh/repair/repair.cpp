@@ -315,6 +315,7 @@ SurfaceMesh treat(SurfaceMesh work, Repair& repair) {
     if (sheet_wanted) return thickened(work, repair);
     return wrapped(work, repair);
   }
+  repair.say(drop_inner_walls(work), "dropped {} triangles of walls inside of the solid");
   const RepairReport so_far = repair.report;
   if (auto body = mend(work, repair)) return std::move(*body);
   repair.report = so_far;

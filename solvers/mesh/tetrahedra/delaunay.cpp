@@ -149,14 +149,20 @@ void check_volume(const TetMesh& mesh, const Body& body) {
 constexpr int delaunay = 1, hxt = 10;
 constexpr std::array<Way, 4> ways = {
     {{delaunay, true}, {delaunay, false}, {hxt, true}, {hxt, false}}};
-/// [s] A way's processor time: some 100 times what usual bodies take.
-constexpr unsigned way_seconds = 30;
+/// [s] The processor time after which a way counts as hanging: some 100 times what the triangles
+/// take where it does not, so that no mesh depends on a machine's speed.
+unsigned way_seconds(const Body& body) {
+  constexpr std::size_t start = 30, triangles_a_second = 500;
+  std::size_t triangles = 0;
+  for (const SurfaceMesh* part : body) triangles += part->triangles.size();
+  return static_cast<unsigned>(start + triangles / triangles_a_second);
+}
 
 TetMesh filled(const Body& body) {
   std::string reason;
   for (const Way& way : ways) {
     try {
-      TetMesh mesh = made_apart([&] { return fill_body(body, way); }, way_seconds);
+      TetMesh mesh = made_apart([&] { return fill_body(body, way); }, way_seconds(body));
       check_volume(mesh, body);
       return mesh;
     } catch (const core::SolverError& error) {

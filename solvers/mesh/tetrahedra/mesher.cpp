@@ -99,8 +99,9 @@ MeshResult fit_to_surface(const TetMesh& linear, const SurfaceMesh& surface,
   std::int64_t straightened = 0;
   MeshResult result;
   result.mesh = curve_mesh(linear, order, truth, straightened);
-  keep_volume(result.mesh, signed_volume(surface), truth);
+  const double added = keep_volume(result.mesh, signed_volume(surface), truth);
   result.quality = measure_quality(result.mesh);
+  result.quality.volume_added = added;
   result.quality.straightened = straightened;
   measure_fit(result.mesh, surface, search, result.quality);
   if (!(std::abs(result.quality.volume_error) <= max_volume_error))
@@ -113,9 +114,9 @@ MeshResult fit_to_surface(const TetMesh& linear, const SurfaceMesh& surface,
 constexpr double small_angle_deg = 3;
 
 /// What a try is worth: the surface kept, no slivers, small distance.
-bool is_better(const MeshQuality& one, const MeshQuality& other, double longest) {
-  const auto rank = [longest](const MeshQuality& quality) {
-    return std::tuple(follows_surface(quality, longest),
+bool is_better(const MeshQuality& one, const MeshQuality& other, double longest, double wall) {
+  const auto rank = [longest, wall](const MeshQuality& quality) {
+    return std::tuple(follows_surface(quality, longest, wall),
                       std::min(quality.min_dihedral_deg, small_angle_deg), -quality.hausdorff);
   };
   return rank(one) > rank(other);
@@ -138,6 +139,7 @@ MeshResult tetrahedralise(const SurfaceMesh& surface, const MeshOptions& options
     throw core::InputError("the surface encloses no volume",
                            "a clean closed surface that looks outward is needed");
   const double longest = bounding_box(surface.vertices).longest_side();
+  const double wall = 2 * field.volume / field.total_area;
   RemeshPlan plan = make_plan(field, surface, options);
 
   // Chords of a thin wall's two sides may cross, and limbs be cut off; smaller triangles keep them
@@ -154,9 +156,9 @@ MeshResult tetrahedralise(const SurfaceMesh& surface, const MeshOptions& options
       const TetMesh linear = fill_remeshed(surface, plan, field, search);
       check_bound(linear, plan.coarsest, options);
       MeshResult made = fit_to_surface(linear, surface, search, lines, options.order);
-      const bool near = follows_surface(made.quality, longest);
+      const bool near = follows_surface(made.quality, longest, wall);
       const bool slivers = !sharp && made.quality.min_dihedral_deg < small_angle_deg;
-      if (!best || is_better(made.quality, best->quality, longest)) best = std::move(made);
+      if (!best || is_better(made.quality, best->quality, longest, wall)) best = std::move(made);
       // Chords that nearly cross leave flat elements, which smaller ones mend at once or never.
       if (near && (!slivers || ++tries_with_slivers == 2)) break;
     } catch (const core::LimitError&) {

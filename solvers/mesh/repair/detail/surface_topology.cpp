@@ -39,6 +39,26 @@ std::vector<EdgeUse> edge_uses(const std::vector<Triangle>& triangles) {
   return uses;
 }
 
+std::vector<Blade> blades_around(const SurfaceMesh& mesh, std::span<const EdgeUse> edge) {
+  const Vec3& low = mesh.vertices[static_cast<std::size_t>(edge[0].low)];
+  const Vec3 axis = (mesh.vertices[static_cast<std::size_t>(edge[0].high)] - low).normalized();
+  const Vec3 u = axis.unitOrthogonal();
+  const Vec3 v = axis.cross(u);
+  std::vector<Blade> blades;
+  for (const EdgeUse& use : edge) {
+    const Triangle& t = mesh.triangles[static_cast<std::size_t>(use.triangle)];
+    const std::int32_t third = t[0] + t[1] + t[2] - use.low - use.high;
+    const Vec3 w = mesh.vertices[static_cast<std::size_t>(third)] - low;
+    // Rounded, so that blades in one plane count as one direction.
+    const double angle = std::round(std::atan2(w.dot(v), w.dot(u)) * 1e9);
+    blades.push_back({angle, !use.forward, use.triangle});
+  }
+  std::sort(blades.begin(), blades.end(), [](const Blade& a, const Blade& b) {
+    return std::tie(a.angle, a.backward, a.triangle) < std::tie(b.angle, b.backward, b.triangle);
+  });
+  return blades;
+}
+
 bool is_closed_and_oriented(const std::vector<Triangle>& triangles) {
   bool good = !triangles.empty();
   for_each_edge(edge_uses(triangles), [&good](std::span<const EdgeUse> edge) {

@@ -34,6 +34,18 @@ void for_each_edge(const std::vector<EdgeUse>& uses, Visit visit) {
   }
 }
 
+/// A triangle at an edge.
+struct Blade {
+  double angle;   ///< about the edge, in an arbitrary unit, rounded
+  bool backward;  ///< walks the edge from high to low: its back looks to rising angles
+  std::int32_t triangle;
+};
+
+/// Triangles at an edge in the order in which a turn about it, counter-clockwise seen against its
+/// direction from low to high, meets them. Of those in one direction the forward ones come first:
+/// a wedge of material ends before the next one begins.
+std::vector<Blade> blades_around(const SurfaceMesh& mesh, std::span<const EdgeUse> edge);
+
 /// Which corner of a triangle a vertex is; 3 where it is none.
 std::size_t corner_of(const Triangle& t, std::int32_t vertex);
 
@@ -63,6 +75,11 @@ std::int64_t orient_neighbours(SurfaceMesh& mesh);
 /// agree on their orientation.
 /// @return vertices added
 std::int64_t cut_apart(SurfaceMesh& mesh);
+
+/// Walls in the middle of solids, as models of several layers have them. A surface without open
+/// edges divides space; a part that its triangles enclose and look away from is solid. Connected
+/// surfaces that do not divide space into solid and void, but for such walls, stay as they are.
+std::int64_t drop_inner_walls(SurfaceMesh& mesh);
 
 /// Reverses the triangles for which `component[t] == c`.
 void reverse(SurfaceMesh& mesh, const std::vector<std::int32_t>& component, std::int32_t c);
