@@ -111,18 +111,24 @@ std::vector<double> table_frequencies(const std::string& table) {
   return out;
 }
 
-Effectivity measure_effectivity(const solvers::modes::Modes& modes, std::span<const double> truth) {
+Effectivity measure_effectivity(const solvers::modes::Modes& modes, std::span<const double> truth,
+                                std::span<const double> doubts) {
   Effectivity out;
   std::vector<double> ratios;
   for (std::size_t k = 0; k < std::min(modes.size(), truth.size()); ++k) {
-    const double error = std::abs(cents(modes.frequency(k), truth[k]));
-    if (error <= 0.2) continue;
-    ratios.push_back(modes.pitch_errors[k] / error);
-    out.worst_error = std::max(out.worst_error, error);
-    if (ratios.back() >= 0.7 && ratios.back() <= 2.5) continue;
-    out.complaint +=
-        fmt::format("mode {} at {:.2f} Hz: {:.3f} cents off {:.2f} Hz, estimated {:.3f}\n", k + 1,
-                    modes.frequency(k), error, truth[k], modes.pitch_errors[k]);
+    const double off = cents(modes.frequency(k), truth[k]), estimate = modes.pitch_errors[k];
+    double smallest = std::abs(off), largest = smallest;
+    if (!doubts.empty()) {
+      smallest = std::max(0.0, off);
+      largest = smallest + doubts[k];
+    }
+    if (largest <= 0.2) continue;
+    ratios.push_back(estimate / largest);
+    out.worst_error = std::max(out.worst_error, largest);
+    if (estimate >= 0.7 * smallest && estimate <= 2.5 * largest) continue;
+    out.complaint += fmt::format(
+        "mode {} at {:.2f} Hz: {:.3f} to {:.3f} cents off {:.2f} Hz, estimated {:.3f}\n", k + 1,
+        modes.frequency(k), smallest, largest, truth[k], estimate);
   }
   out.compared = ratios.size();
   if (ratios.empty()) return out;
