@@ -236,9 +236,10 @@ TEST(MeshesHard, CubesThatTouch) {
   // 27 and 125 closed cubes in a grid are one.
   for (const int n : {3, 5}) {
     solvers::mesh::SurfaceMesh cubes;
-    for (int i = 0; i < n * n * n; ++i)
-      cubes = together(
-          cubes, moved(block(Vec3::Constant(0.01)), 0.01 * Vec3(i % n, i / n % n, i / (n * n))));
+    for (int x = 0; x < n; ++x)
+      for (int y = 0; y < n; ++y)
+        for (int z = 0; z < n; ++z)
+          cubes = together(cubes, moved(block(Vec3::Constant(0.01)), 0.01 * Vec3(x, y, z)));
     const Made body = made(cubes, reference_steel, 5);
     const double side = 0.01 * n;
     EXPECT_NEAR(body.mesh.quality.volume, std::pow(side, 3), 1e-9 * std::pow(side, 3));
