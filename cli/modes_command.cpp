@@ -123,9 +123,8 @@ void print_table(const scene::SolvedObject& object, const synth::damping::DecayR
   fmt::print("{}, mass {:.4g} kg\n", size, object.modes.mass);
   if (const auto& quality = object.mesh.quality; std::isfinite(quality.hausdorff)) {
     fmt::print(
-        "surface kept within {:.4f} mm, area {:+.4f} %, volume {:+.4f} % ({:+.4f} % of it by "
-        "moving "
-        "the boundary); dihedral angles from {:.0f} to {:.0f} degrees\n",
+        "surface kept within {:.4f} mm, area {:+.4f} %, volume {:+.4f} % after "
+        "{:+.4f} % were added at the boundary; dihedral angles from {:.0f} to {:.0f} degrees\n",
         1e3 * quality.hausdorff, 100 * quality.area_error, 100 * quality.volume_error,
         100 * quality.volume_added, quality.min_dihedral_deg, quality.max_dihedral_deg);
   }

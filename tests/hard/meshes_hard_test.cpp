@@ -162,11 +162,6 @@ TEST(MeshesHard, AForkOfABentRod) {
 /// Of a plate of 100 x 60 x 5 mm.
 const std::vector<double> plate_hertz = {2581.1, 2622.8, 5865.1, 6983.9, 7265.7, 8990.1};
 
-/// A box in twelve triangles.
-solvers::mesh::SurfaceMesh block(const Vec3& sides) {
-  return prism({{0, 0}, {sides.x(), 0}, {sides.x(), sides.y()}, {0, sides.y()}}, sides.z());
-}
-
 TEST(MeshesHard, APlateOfTwelveTriangles) {
   const auto plate = prism({{0, 0}, {0.1, 0}, {0.1, 0.06}, {0, 0.06}}, 0.005);
   ASSERT_EQ(plate.triangles.size(), 12u);
@@ -176,9 +171,7 @@ TEST(MeshesHard, APlateOfTwelveTriangles) {
 }
 
 TEST(MeshesHard, APlateInSquares) {
-  const auto box = prism({{0, 0}, {0.1, 0}, {0.1, 0.06}, {0, 0.06}}, 0.005);
-  // Squares of 10 mm, two for the height: what a mesher of surfaces hands on.
-  const Made body = made(refined(box, 3), reference_steel, 6);
+  const Made body = made(box_surface(Vec3(0.1, 0.06, 0.005), 8), reference_steel, 6);
   EXPECT_NEAR(body.mesh.quality.volume, 3e-5, 1e-15);
   expect_hertz(body.hertz, plate_hertz, 1e-3);
 }
@@ -187,7 +180,7 @@ TEST(MeshesHard, ABarInInches) {
   const Vec3 sides(9.883, 1, 0.25);
   solvers::mesh::MeshFile file;
   file.unit = 0.0254;
-  auto surface = block(sides);
+  auto surface = box_surface(sides, 1);
   const double scale =
       solvers::mesh::readers::scale_to_metres(solvers::mesh::bounding_box(surface.vertices), file);
   for (Vec3& v : surface.vertices) v *= scale;
@@ -198,8 +191,9 @@ TEST(MeshesHard, ABarInInches) {
 
 TEST(MeshesHard, LayersThatShareAWall) {
   // Boxes of 20 and 30 mm on each other; their common wall is there once.
-  solvers::mesh::SurfaceMesh layers = together(
-      block(Vec3(0.06, 0.04, 0.02)), moved(block(Vec3(0.06, 0.04, 0.03)), Vec3(0, 0, 0.02)));
+  solvers::mesh::SurfaceMesh layers =
+      together(box_surface(Vec3(0.06, 0.04, 0.02), 1),
+               moved(box_surface(Vec3(0.06, 0.04, 0.03), 1), Vec3(0, 0, 0.02)));
   solvers::mesh::weld(layers);
   std::vector<solvers::mesh::Triangle> kept;
   int walls = 0;
@@ -215,6 +209,7 @@ TEST(MeshesHard, LayersThatShareAWall) {
   const Outcome outcome = repaired(layers);
   EXPECT_TRUE(says(outcome.report, "dropped 2 triangles of walls"));
   EXPECT_EQ(solvers::mesh::repair::diagnose(outcome.body).components, 1);
+  EXPECT_NEAR(solvers::mesh::signed_volume(repaired(refined(layers, 2)).body), 1.2e-4, 1e-15);
   const Made body = made(layers, reference_steel, 6);
   EXPECT_NEAR(body.mesh.quality.volume, 0.06 * 0.04 * 0.05, 1e-15);
   expect_hertz(body.hertz, box_frequencies({0.06, 0.04, 0.05}, {9, 9, 9}, 200e9, 0.29, 7850, 6),
@@ -222,7 +217,7 @@ TEST(MeshesHard, LayersThatShareAWall) {
 }
 
 TEST(MeshesHard, ADoubleSidedBox) {
-  const auto box = block(Vec3(0.05, 0.04, 0.03));
+  const auto box = box_surface(Vec3(0.05, 0.04, 0.03), 1);
   solvers::mesh::SurfaceMesh both = box;
   for (const auto& t : turned_over(box).triangles) both.triangles.push_back(t);
   const Made body = made(both, reference_steel, 6);
@@ -239,7 +234,8 @@ TEST(MeshesHard, CubesThatTouch) {
     for (int x = 0; x < n; ++x)
       for (int y = 0; y < n; ++y)
         for (int z = 0; z < n; ++z)
-          cubes = together(cubes, moved(block(Vec3::Constant(0.01)), 0.01 * Vec3(x, y, z)));
+          cubes =
+              together(cubes, moved(box_surface(Vec3::Constant(0.01), 1), 0.01 * Vec3(x, y, z)));
     const Made body = made(cubes, reference_steel, 5);
     const double side = 0.01 * n;
     EXPECT_NEAR(body.mesh.quality.volume, std::pow(side, 3), 1e-9 * std::pow(side, 3));

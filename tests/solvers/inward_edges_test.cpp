@@ -223,7 +223,7 @@ TEST(InwardEdges, EstimatesOfAllSectionsAreTrue) {
   for (const Section& section : sections()) expect_true_estimates(section, {2, 3, 4});
 }
 
-/// The exponents are those of isotropic solids; those of wood are not far from them.
+/// The exponents that the estimate takes are those of isotropic solids.
 TEST(InwardEdges, EstimatesOfWoodAreTrue) {
   const auto material = elements::anisotropic(elements::orthotropic_stiffness(test::spruce), 400);
   for (const Section& section : sections()) expect_true_estimates(section, {2, 3}, material);

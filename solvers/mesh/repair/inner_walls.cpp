@@ -8,11 +8,11 @@ namespace carillon::solvers::mesh::repair {
 namespace {
 
 /// The side of a triangle that its normal looks to, and the other one.
-std::size_t front_of(std::int32_t triangle) {
-  return 2 * static_cast<std::size_t>(triangle);
+std::size_t front_of(std::size_t triangle) {
+  return 2 * triangle;
 }
-std::size_t back_of(std::int32_t triangle) {
-  return 2 * static_cast<std::size_t>(triangle) + 1;
+std::size_t back_of(std::size_t triangle) {
+  return 2 * triangle + 1;
 }
 
 /// Sides that look at the same part of space.
@@ -23,8 +23,10 @@ core::DisjointSets parts_of_space(const SurfaceMesh& mesh) {
     for (std::size_t i = 0; i < blades.size(); ++i) {
       const Blade& blade = blades[i];
       const Blade& next = blades[(i + 1) % blades.size()];
-      parts.join(blade.backward ? back_of(blade.triangle) : front_of(blade.triangle),
-                 next.backward ? front_of(next.triangle) : back_of(next.triangle));
+      const auto here = static_cast<std::size_t>(blade.triangle);
+      const auto there = static_cast<std::size_t>(next.triangle);
+      parts.join(blade.backward ? back_of(here) : front_of(here),
+                 next.backward ? front_of(there) : back_of(there));
     }
   });
   return parts;
@@ -40,7 +42,7 @@ std::vector<char> sides_of_solids(const SurfaceMesh& mesh) {
       return mesh.vertices[static_cast<std::size_t>(mesh.triangles[t][i])] - origin;
     };
     const Vec3 normal = (corner(1) - corner(0)).cross(corner(2) - corner(0));
-    for (const auto& [side, sign] : {std::pair(2 * t, -1.0), {2 * t + 1, 1.0}}) {
+    for (const auto& [side, sign] : {std::pair(front_of(t), -1.0), {back_of(t), 1.0}}) {
       const std::size_t part = parts.find(side);
       volume[part] += sign * corner(0).dot(normal);
       away[part] += sign * normal.norm();
@@ -60,12 +62,11 @@ std::int64_t drop_inner_walls(SurfaceMesh& mesh) {
   const std::vector<char> solid = sides_of_solids(mesh);
   const auto component = edge_components(mesh.triangles);
   std::vector<char> divides(mesh.triangles.size(), 1);  // by component
-  const auto is_wall = [&solid](std::size_t t) { return solid[2 * t] && solid[2 * t + 1]; };
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-    if (!solid[2 * t + 1]) divides[static_cast<std::size_t>(component[t])] = 0;
+    if (!solid[back_of(t)]) divides[static_cast<std::size_t>(component[t])] = 0;
   std::vector<Triangle> kept;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-    if (!is_wall(t) || !divides[static_cast<std::size_t>(component[t])])
+    if (!solid[front_of(t)] || !divides[static_cast<std::size_t>(component[t])])
       kept.push_back(mesh.triangles[t]);
   const auto dropped = static_cast<std::int64_t>(mesh.triangles.size() - kept.size());
   mesh.triangles = std::move(kept);

@@ -149,8 +149,8 @@ void check_volume(const TetMesh& mesh, const Body& body) {
 constexpr int delaunay = 1, hxt = 10;
 constexpr std::array<Way, 4> ways = {
     {{delaunay, true}, {delaunay, false}, {hxt, true}, {hxt, false}}};
-/// [s] The processor time after which a way counts as hanging: some 100 times what the triangles
-/// take where it does not, so that no mesh depends on a machine's speed.
+/// [s] The processor time after which a way counts as hanging. It grows with the triangles, lest a
+/// large body or a slow machine be taken for one.
 unsigned way_seconds(const Body& body) {
   constexpr std::size_t start = 30, triangles_a_second = 500;
   std::size_t triangles = 0;

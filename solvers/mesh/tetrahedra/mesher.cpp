@@ -49,7 +49,7 @@ RemeshPlan make_plan(const SizeField& field, const SurfaceMesh& surface,
                      const MeshOptions& options) {
   RemeshPlan plan;
   const double longest = bounding_box(surface.vertices).longest_side();
-  const double wall = 2 * field.volume / field.total_area;
+  const double wall = field.wall();
   const auto count = [&](double edge) {
     return static_cast<std::int64_t>(std::min(1e15, field.tetrahedra(edge, no_limit)));
   };
@@ -139,7 +139,7 @@ MeshResult tetrahedralise(const SurfaceMesh& surface, const MeshOptions& options
     throw core::InputError("the surface encloses no volume",
                            "a clean closed surface that looks outward is needed");
   const double longest = bounding_box(surface.vertices).longest_side();
-  const double wall = 2 * field.volume / field.total_area;
+  const double wall = field.wall();
   RemeshPlan plan = make_plan(field, surface, options);
 
   // Chords of a thin wall's two sides may cross, and limbs be cut off; smaller triangles keep them

@@ -17,6 +17,8 @@ struct SizeField {
   /// Smallest angle between two faces, on whichever side [rad].
   double sharpest_edge = std::numbers::pi;
 
+  /// Mean thickness [m].
+  double wall() const { return 2 * volume / total_area; }
   /// Edge [m] that follows the surface here: 10 times the wall, 30 degrees of bending and a sagitta
   /// of a third of the wall, for a surface taken to bend `relax` times less than measured;
   /// `coarsest` at most and a sixteenth of it at least.
