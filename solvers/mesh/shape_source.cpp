@@ -176,6 +176,13 @@ TetMesh tet_mesh_from_json(const json& in) {
   return mesh;
 }
 
+json surface_to_json(const SurfaceMesh& surface) {
+  std::vector<std::int32_t> corners;
+  for (const Triangle& triangle : surface.triangles)
+    corners.insert(corners.end(), triangle.begin(), triangle.end());
+  return {{"vertices", to_binary(surface.vertices)}, {"triangles", to_binary(corners)}};
+}
+
 SurfaceMesh surface_from_json(const json& in) {
   SurfaceMesh surface{points_from_binary(in.at("vertices")), {}};
   const auto corners = from_binary<std::int32_t>(in.at("triangles"));
@@ -203,13 +210,8 @@ json to_json(const MeshRequest& request) {
   json out = {{"shape", fields_to_json(request.shape)},
               {"file", fields_to_json(request.file)},
               {"options", fields_to_json(request.options)}};
-  if (const SurfaceMesh& surface = request.file.surface; !surface.triangles.empty()) {
-    std::vector<std::int32_t> corners;
-    for (const Triangle& triangle : surface.triangles) {
-      corners.insert(corners.end(), triangle.begin(), triangle.end());
-    }
-    out["surface"] = {{"vertices", to_binary(surface.vertices)}, {"triangles", to_binary(corners)}};
-  }
+  if (!request.file.surface.triangles.empty())
+    out["surface"] = surface_to_json(request.file.surface);
   return out;
 }
 
@@ -238,6 +240,20 @@ json to_json(const MeshQuality& quality) {
 
 Diagnosis diagnosis_from_json(const json& in) {
   return read_json("diagnosis", [&in] { return fields_from_json<Diagnosis>(in); });
+}
+
+json to_json(const RepairedBody& body) {
+  return {{"surface", surface_to_json(body.surface)},
+          {"diagnosis", to_json(body.diagnosis)},
+          {"repair", to_json(body.repair)}};
+}
+
+RepairedBody repaired_body_from_json(const json& in) {
+  return read_json("body", [&in] {
+    return RepairedBody{surface_from_json(in.at("surface")),
+                        fields_from_json<Diagnosis>(in.at("diagnosis")),
+                        fields_from_json<RepairReport>(in.at("repair"))};
+  });
 }
 
 json to_json(const MeshResult& result) {

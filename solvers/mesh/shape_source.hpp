@@ -85,6 +85,13 @@ struct RepairReport {
   double wrap_alpha = 0;   ///< gaps narrower than this were closed by a wrap [m]; 0: there is none
 };
 
+/// A surface that bounds a body, and what became of the one that was read.
+struct RepairedBody {
+  SurfaceMesh surface;
+  Diagnosis diagnosis;
+  RepairReport repair;
+};
+
 struct MeshResult {
   TetMesh mesh;
   MeshQuality quality;
@@ -96,12 +103,14 @@ nlohmann::json to_json(const MeshRequest& request);
 nlohmann::json to_json(const Diagnosis& diagnosis);
 nlohmann::json to_json(const RepairReport& report);
 nlohmann::json to_json(const MeshQuality& quality);
-/// With the mesh's arrays as binary values: meant for CBOR.
+/// Arrays are binary values: these two are meant for CBOR.
+nlohmann::json to_json(const RepairedBody& body);
 nlohmann::json to_json(const MeshResult& result);
 /// The way back. Numbers that are not finite are null in JSON and NaN again here.
 /// @throws FileError  fields are missing or of another type, indices point outside
 MeshRequest mesh_request_from_json(const nlohmann::json& json);
 Diagnosis diagnosis_from_json(const nlohmann::json& json);
+RepairedBody repaired_body_from_json(const nlohmann::json& json);
 MeshResult mesh_result_from_json(const nlohmann::json& json);
 
 }  // namespace carillon::solvers::mesh

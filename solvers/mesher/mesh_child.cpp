@@ -13,7 +13,6 @@
 #include <string_view>
 #include <vector>
 
-#include "core/cached.hpp"
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "core/hash.hpp"
@@ -21,6 +20,7 @@
 #include "core/progress.hpp"
 #include "core/storage_error.hpp"
 #include "core/temporary_folder.hpp"
+#include "solvers/mesher/cached_cbor.hpp"
 #include "solvers/mesher/child_process.hpp"
 
 namespace carillon::solvers::mesher {
@@ -106,13 +106,15 @@ std::string quoted_tail(const std::string& output) {
 }
 
 /// Has one task done in a child process. @return its result
-json ask_child(const char* task, const mesh::MeshRequest& request, const ChildLimits& limits) {
+json ask_child(const char* task, const mesh::MeshRequest& request, const ChildLimits& limits,
+               const fs::path& cache = {}) {
   const core::TemporaryFolder folder;
   const fs::path question = folder / "request.cbor";
   const fs::path reply = folder / "reply.cbor";
   const auto bytes = json::to_cbor(json{{"task", task},
                                         {"request", mesh::to_json(request)},
                                         {"memory", limits.memory},
+                                        {"cache", cache.string()},
                                         {"parent", getpid()}});
   std::ofstream out(question, std::ios::binary);
   out.write(reinterpret_cast<const char*>(bytes.data()),
@@ -134,16 +136,10 @@ json ask_child(const char* task, const mesh::MeshRequest& request, const ChildLi
   return std::move(answer.at("result"));
 }
 
-std::string file_name(const mesh::MeshRequest& request) {
-  return mesh_key(request) + ".mesh.cbor";
-}
-
-}  // namespace
-
-std::string mesh_key(const mesh::MeshRequest& request) {
-  json described = mesh::to_json(request);
+/// SHA-256 of what is made of a request, as far as it is described.
+std::string key_of(const char* what, const mesh::MeshRequest& request, json described) {
   core::Sha256 hash;
-  hash.add(fmt::format("carillon mesh {}; " CARILLON_MESH_LIBRARIES "; ", mesher_version));
+  hash.add(fmt::format("carillon {} {}; " CARILLON_MESH_LIBRARIES "; ", what, mesher_version));
   if (request.shape.family.empty()) {
     // The file counts by its contents and by its ending, which decides how it is read.
     described.erase("shape");
@@ -158,20 +154,32 @@ std::string mesh_key(const mesh::MeshRequest& request) {
   return hash.add(described.dump()).hex();
 }
 
+std::string file_name(const mesh::MeshRequest& request) {
+  return mesh_key(request) + ".mesh.cbor";
+}
+
+}  // namespace
+
+std::string mesh_key(const mesh::MeshRequest& request) {
+  return key_of("mesh", request, mesh::to_json(request));
+}
+
+std::string body_key(const mesh::MeshFile& file) {
+  mesh::MeshRequest request;
+  request.file = file;
+  json described = mesh::to_json(request);
+  described.erase("options");
+  return key_of("body", request, std::move(described));
+}
+
 mesh::MeshResult mesh_in_child(const mesh::MeshRequest& request, const ChildLimits& limits,
                                const fs::path& cache) {
-  const auto make = [&] { return mesh::mesh_result_from_json(ask_child("mesh", request, limits)); };
+  const auto make = [&] {
+    return mesh::mesh_result_from_json(ask_child("mesh", request, limits, cache));
+  };
   if (cache.empty()) return make();
-  return core::cached<mesh::MeshResult>(
-      cache, file_name(request),
-      [](const fs::path& path) {
-        return mesh::mesh_result_from_json(json::from_cbor(core::read_file(path)));
-      },
-      [](const fs::path& path, const mesh::MeshResult& mesh) {
-        const auto bytes = json::to_cbor(mesh::to_json(mesh));
-        core::write_text_durably(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
-      },
-      make);
+  return cached_cbor<mesh::MeshResult>(cache, file_name(request), mesh::mesh_result_from_json,
+                                       make);
 }
 
 bool mesh_is_cached(const mesh::MeshRequest& request, const fs::path& cache) {

@@ -21,9 +21,14 @@ constexpr int mesher_without_storage = 74;
 /// @throws FileError  the mesh file cannot be read
 std::string mesh_key(const mesh::MeshRequest& request);
 
+/// Key of the body that a file's surface is repaired to.
+/// @throws FileError  the file cannot be read
+std::string body_key(const mesh::MeshFile& file);
+
 /// Meshes in a child process (`carillon-mesh`, found by core::find_helper or in $CARILLON_MESH),
 /// so that a crash, a hang or a lack of memory there costs this call only. The result is kept in
-/// `cache` under its key (empty path: no cache).
+/// `cache` under its key (empty path: no cache), and so is the body that a file's surface is
+/// repaired to: it is meshed at other sizes too.
 /// @throws InputError, SolverError  as make_tet_mesh does, and SolverError for a crash, the time
 ///         limit or the memory limit, each named
 /// @throws StorageError  there is no mesher, no process for it or no folder for its request

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <limits>
+#include <map>
 
 #include "core/error.hpp"
 #include "core/files.hpp"
@@ -197,6 +198,36 @@ TEST_F(MeshChild, KeepsMeshesByKey) {
     std::filesystem::resize_file(entry.path(), 100);
   }
   EXPECT_EQ(mesher::mesh_in_child(request_, {}, cache).mesh.nodes, first.mesh.nodes);
+}
+
+TEST_F(MeshChild, RepairsABodyOnceForAllSizes) {
+  std::mt19937_64 random(2);
+  const mesh::SurfaceMesh sphere = test::sphere_surface(0.05, 16);
+  request_.file.path = test::written(
+      folder_, "ball.obj", obj(test::damaged(sphere, test::Damage::dropped, 0.01, random)));
+  const auto cache = folder_.path() / "cache";
+  const auto bodies = [&cache] {
+    std::map<std::filesystem::path, std::filesystem::file_time_type> written;
+    for (const auto& entry : std::filesystem::directory_iterator(cache))
+      if (entry.path().string().ends_with(".body.cbor"))
+        written[entry.path()] = entry.last_write_time();
+    return written;
+  };
+  request_.options.element_size = 0.04;
+  const mesh::MeshResult coarse = mesher::mesh_in_child(request_, {}, cache);
+  const auto first = bodies();
+  ASSERT_EQ(first.size(), 1u);
+  request_.options.element_size = 0.02;
+  const mesh::MeshResult fine = mesher::mesh_in_child(request_, {}, cache);
+  EXPECT_GT(fine.quality.elements, coarse.quality.elements);
+  EXPECT_EQ(fine.repair.actions, coarse.repair.actions);
+  EXPECT_EQ(bodies(), first);
+  EXPECT_EQ(mesher::mesh_in_child(request_, {}, {}).mesh.nodes, fine.mesh.nodes)
+      << "the kept body is the repaired one, bit by bit";
+  // Another length is another body.
+  request_.file.length = 0.2;
+  mesher::mesh_in_child(request_, {}, cache);
+  EXPECT_EQ(bodies().size(), 2u);
 }
 
 TEST_F(MeshChild, KeysTellRequestsApart) {

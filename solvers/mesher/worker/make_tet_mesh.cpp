@@ -14,9 +14,13 @@
 #include "solvers/mesh/repair/repair.hpp"
 #include "solvers/mesh/tetrahedra/mesher.hpp"
 #include "solvers/mesh/weld.hpp"
+#include "solvers/mesher/cached_cbor.hpp"
+#include "solvers/mesher/mesh_child.hpp"
 
 namespace carillon::solvers::mesher {
 namespace {
+
+namespace fs = std::filesystem;
 
 void scale(std::vector<Vec3>& points, double factor) {
   if (factor == 1) return;
@@ -84,13 +88,22 @@ mesh::MeshResult mesh_of_tetrahedra(const mesh::MeshRequest& request) {
   return result;
 }
 
-mesh::MeshResult mesh_of_surface(const mesh::MeshRequest& request) {
-  mesh::MeshResult result;
-  const mesh::SurfaceMesh surface = mesh::repair::repair(scaled_surface(request.file), request.file,
-                                                         result.diagnosis, result.repair);
-  mesh::MeshResult meshed = mesh::tetrahedra::tetrahedralise(surface, request.options);
-  result.mesh = std::move(meshed.mesh);
-  result.quality = meshed.quality;
+mesh::RepairedBody repaired_body(const mesh::MeshFile& file, const fs::path& cache) {
+  const auto repair = [&file] {
+    mesh::RepairedBody body;
+    body.surface = mesh::repair::repair(scaled_surface(file), file, body.diagnosis, body.repair);
+    return body;
+  };
+  if (cache.empty()) return repair();
+  return cached_cbor<mesh::RepairedBody>(cache, body_key(file) + ".body.cbor",
+                                         mesh::repaired_body_from_json, repair);
+}
+
+mesh::MeshResult mesh_of_surface(const mesh::MeshRequest& request, const fs::path& cache) {
+  const mesh::RepairedBody body = repaired_body(request.file, cache);
+  mesh::MeshResult result = mesh::tetrahedra::tetrahedralise(body.surface, request.options);
+  result.diagnosis = body.diagnosis;
+  result.repair = body.repair;
   return result;
 }
 
@@ -120,7 +133,7 @@ void add_edge_layers(mesh::MeshResult& result, const mesh::MeshOptions& options)
 
 }  // namespace
 
-mesh::MeshResult make_tet_mesh(const mesh::MeshRequest& request) {
+mesh::MeshResult make_tet_mesh(const mesh::MeshRequest& request, const fs::path& cache) {
   if (request.options.order < 1 || request.options.order > 4) {
     throw core::InputError(
         fmt::format("order {}: elements have order 1 to 4", request.options.order));
@@ -132,7 +145,7 @@ mesh::MeshResult make_tet_mesh(const mesh::MeshRequest& request) {
   } else if (mesh::readers::gives_tetrahedra(request.file)) {
     return mesh_of_tetrahedra(request);
   } else {
-    result = mesh_of_surface(request);
+    result = mesh_of_surface(request, cache);
   }
   add_edge_layers(result, request.options);
   return result;

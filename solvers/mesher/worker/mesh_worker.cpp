@@ -46,7 +46,8 @@ json work(const json& request) {
     return solvers::mesh::to_json(solvers::mesher::diagnose_file(mesh_request.file));
   }
   return solvers::mesh::to_json(
-      solvers::mesher::make_tet_mesh(solvers::mesh::mesh_request_from_json(request.at("request"))));
+      solvers::mesher::make_tet_mesh(solvers::mesh::mesh_request_from_json(request.at("request")),
+                                     request.at("cache").get<std::string>()));
 }
 
 json error(const char* kind, const core::Error& e) {
