@@ -33,10 +33,12 @@ constexpr double missed_by_sections = 0.4;
 /// of the first cents of a change; what exceeds them comes from elsewhere.
 constexpr std::array<double, 4> missed_along_edges = {0, 0, 0.35, 1.1};
 constexpr double edge_cents = 3;
-/// What is missed at an inward edge, by what the next order changes there: with a field r^alpha in
-/// elements of one size the error falls as order^(-4 alpha) (Babuska and Suri 1987).
-double missed_at_edge(double exponent, int order) {
-  return 1 / (1 - std::pow(order / (order + 1.0), 4 * exponent));
+/// What is missed at an inward edge and near it, by what the next order changes there. With a field
+/// r^alpha in elements of one size the error falls as order^(-4 alpha) at the edge (Babuska and
+/// Suri 1987), and in elements that it only passes by as rho^(-2 order) if that is faster.
+double missed_at_edge(const mesh::NearestEdge& edge, int order) {
+  const double at = std::pow(order / (order + 1.0), 4 * edge.exponent);
+  return 1 / (1 - std::min(at, 1 / (edge.rho * edge.rho)));
 }
 
 /// Faceted or flattened surfaces raise or lower a pitch, elements too stiff raise it. Where the two
@@ -71,11 +73,11 @@ class Saturation {
 
   /// What each element's inward edges add to the factor.
   static std::vector<double> further_at_edges(const mesh::TetMesh& mesh, int order) {
-    std::vector<double> out = mesh::edge_exponents(mesh);
     const double usual = saturation.at(static_cast<std::size_t>(order - 1));
-    for (double& exponent : out)
-      exponent = exponent < 1 ? std::max(0.0, missed_at_edge(exponent, order) - usual) : 0;
-    return out;
+    std::vector<double> further;
+    for (const mesh::NearestEdge& edge : mesh::nearest_edges(mesh))
+      further.push_back(std::max(0.0, missed_at_edge(edge, order) - usual));
+    return further;
   }
 
  private:

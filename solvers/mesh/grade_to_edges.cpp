@@ -57,6 +57,10 @@ std::vector<InwardEdge> graded_edges(const TetMesh& mesh) {
   return edges;
 }
 
+/// Lines that an inward edge passes so near (Passage::rho) are cut there: elements of any order
+/// leave out what goes on at the edge.
+constexpr double near_passage = 1.6;
+
 using Edge = std::pair<std::int32_t, std::int32_t>;
 
 /// A vertex of a piece, and where it lies in the element that the piece is of.
@@ -89,17 +93,22 @@ class Pieces {
       pieces_.push_back(piece);
     }
     at_edge_.assign(static_cast<std::size_t>(vertices_), false);
+    std::multimap<std::int32_t, InwardEdge> edges_at;
     for (const InwardEdge& edge : graded_edges(mesh)) {
       const auto from = vertex_of[static_cast<std::size_t>(edge.from)];
       const auto to = vertex_of[static_cast<std::size_t>(edge.to)];
       inward_.insert(std::minmax(from, to));
       at_edge_[static_cast<std::size_t>(from)] = at_edge_[static_cast<std::size_t>(to)] = true;
+      edges_at.emplace(from, edge);
+      edges_at.emplace(to, edge);
     }
+    for (const Piece& piece : pieces_) find_passed_lines(piece, edges_at);
   }
 
   bool has_edges() const { return !inward_.empty(); }
 
-  /// Halves what joins two inward edges, so that each piece is at one alone.
+  /// Halves what joins two inward edges, so that each piece is at one alone, and cuts what one
+  /// passes.
   void part_edges() {
     std::vector<Piece> before;
     std::swap(before, pieces_);
@@ -146,6 +155,25 @@ class Pieces {
     return inward_.count(std::minmax(a.vertex, b.vertex)) > 0;
   }
 
+  /// The sides of an element at inward edges that those pass.
+  void find_passed_lines(const Piece& piece,
+                         const std::multimap<std::int32_t, InwardEdge>& edges_at) {
+    const auto nodes = mesh_.element(piece.element);
+    for (const PieceCorner& at : piece.corners) {
+      const auto [first, last] = edges_at.equal_range(at.vertex);
+      for (auto edge = first; edge != last; ++edge)
+        for (std::size_t i = 0; i < 4; ++i)
+          for (std::size_t j = 0; j < 4; ++j) {
+            const PieceCorner &a = piece.corners[i], &b = piece.corners[j];
+            if (a.vertex >= b.vertex || is_at_edge(a) || is_at_edge(b)) continue;
+            const Passage passed = passage(mesh_, nodes[i], nodes[j], edge->second);
+            if (passed.rho > near_passage) continue;
+            Passage& nearest = passed_[{a.vertex, b.vertex}];
+            if (passed.rho < nearest.rho) nearest = passed;
+          }
+    }
+  }
+
   /// A vertex between two others, the same for all pieces that share them.
   PieceCorner between(const PieceCorner& from, const PieceCorner& to, double share) {
     const auto [found, is_new] =
@@ -157,15 +185,16 @@ class Pieces {
     return {found->second, (1 - share) * from.at + share * to.at};
   }
 
-  /// Edges are halved in the order of their vertices, whichever piece they are met in.
+  /// Edges are cut in the order of their vertices, whichever piece they are met in.
   void part(const Piece& piece) {
     Edge lowest{-1, -1};
     std::size_t from = 0, to = 0;
     for (std::size_t i = 0; i < 4; ++i)
       for (std::size_t j = 0; j < i; ++j) {
         const PieceCorner &a = piece.corners[i], &b = piece.corners[j];
-        if (!is_at_edge(a) || !is_at_edge(b) || is_inward(a, b)) continue;
         const Edge edge = std::minmax(a.vertex, b.vertex);
+        const bool joins = is_at_edge(a) && is_at_edge(b) && !is_inward(a, b);
+        if (!joins && passed_.count(edge) == 0) continue;
         if (lowest.first >= 0 && lowest < edge) continue;
         lowest = edge;
         from = i;
@@ -175,7 +204,11 @@ class Pieces {
       pieces_.push_back(piece);
       return;
     }
-    const PieceCorner half = between(piece.corners[from], piece.corners[to], 0.5);
+    if (piece.corners[from].vertex > piece.corners[to].vertex) std::swap(from, to);
+    const auto passed = passed_.find(lowest);
+    const PieceCorner half =
+        between(piece.corners[from], piece.corners[to],
+                passed == passed_.end() ? 0.5 : std::clamp(passed->second.share, 0.25, 0.75));
     Piece one = piece, other = piece;
     one.corners[from] = half;
     other.corners[to] = half;
@@ -266,6 +299,7 @@ class Pieces {
   std::int32_t vertices_ = 0;
   std::vector<bool> at_edge_;  ///< for each vertex
   std::set<Edge> inward_;
+  std::map<Edge, Passage> passed_;             ///< lines that an inward edge passes, and how
   std::map<Edge, std::int32_t> new_vertices_;  ///< of the cut under way
 };
 

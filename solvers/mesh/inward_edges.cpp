@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numbers>
 #include <utility>
@@ -59,6 +60,19 @@ void for_each_edge(const TetMesh& mesh, Visit visit) {
     if (beside.size() == 2) visit(edge.first, edge.second, filled_angle(beside[0], beside[1]));
 }
 
+/// Where an edge is farther off than this, polynomials of the next order gain nine tenths.
+constexpr double max_rho = 3;
+
+/// The least of an element's six edges.
+double rho_of(const TetMesh& mesh, std::size_t element, const InwardEdge& edge) {
+  const auto corners = mesh.element(element).first(4);
+  double rho = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < 4; ++i)
+    for (std::size_t j = 0; j < i; ++j)
+      rho = std::min(rho, passage(mesh, corners[i], corners[j], edge).rho);
+  return rho;
+}
+
 }  // namespace
 
 double edge_exponent(double angle) {
@@ -81,18 +95,55 @@ std::vector<InwardEdge> inward_edges(const TetMesh& mesh) {
   return found;
 }
 
-std::vector<double> edge_exponents(const TetMesh& mesh) {
-  std::vector<double> at_node(mesh.nodes.size(), 1);
-  for (const InwardEdge& edge : inward_edges(mesh))
-    for (const std::int32_t end : {edge.from, edge.to}) {
-      double& exponent = at_node[static_cast<std::size_t>(end)];
-      exponent = std::min(exponent, edge.exponent);
-    }
-  std::vector<double> exponents(mesh.element_count(), 1);
-  for (std::size_t e = 0; e < exponents.size(); ++e)
+Passage passage(const TetMesh& mesh, std::int32_t one, std::int32_t other, const InwardEdge& edge) {
+  const auto at = [&mesh](std::int32_t node) -> const Vec3& {
+    return mesh.nodes[static_cast<std::size_t>(node)];
+  };
+  const Vec3& from = at(edge.from);
+  const double length = (at(edge.to) - from).norm();
+  const Vec3 along = (at(edge.to) - from) / length;
+  const auto across = [&along](const Vec3& v) -> Vec3 { return v - v.dot(along) * along; };
+  const Vec3 arm = at(one) - from, line = at(other) - at(one);
+  const Vec3 arm_across = across(arm), line_across = across(line);
+  const double size = line_across.norm();
+  if (!(size > 1e-9 * line.norm())) return {};
+  const double share = std::clamp(-arm_across.dot(line_across) / (size * size), 0.0, 1.0);
+  // The field varies little along the edge, and beyond its ends as it does across.
+  const double height = (arm + share * line).dot(along);
+  const double beyond = height - std::clamp(height, 0.0, length);
+  const double sum =
+      std::hypot(arm_across.norm(), beyond) + std::hypot((arm_across + line_across).norm(), beyond);
+  const double axis = std::max(1.0, sum / size);
+  return {axis + std::sqrt(axis * axis - 1), share};
+}
+
+std::vector<NearestEdge> nearest_edges(const TetMesh& mesh) {
+  std::vector<NearestEdge> nearest(mesh.element_count());
+  const std::vector<InwardEdge> edges = inward_edges(mesh);
+  if (edges.empty()) return nearest;
+  std::vector<std::vector<std::size_t>> elements_at(mesh.nodes.size());
+  for (std::size_t e = 0; e < mesh.element_count(); ++e)
     for (const std::int32_t corner : mesh.element(e).first(4))
-      exponents[e] = std::min(exponents[e], at_node[static_cast<std::size_t>(corner)]);
-  return exponents;
+      elements_at[static_cast<std::size_t>(corner)].push_back(e);
+
+  std::vector<std::size_t> seen_from(mesh.element_count(), edges.size());
+  for (std::size_t i = 0; i < edges.size(); ++i) {
+    // Elements that an edge is near to hang together.
+    std::vector<std::int32_t> corners{edges[i].from, edges[i].to};
+    while (!corners.empty()) {
+      const auto corner = static_cast<std::size_t>(corners.back());
+      corners.pop_back();
+      for (const std::size_t e : elements_at[corner]) {
+        if (std::exchange(seen_from[e], i) == i) continue;
+        const double rho = rho_of(mesh, e, edges[i]);
+        if (rho > max_rho) continue;
+        if (rho < nearest[e].rho) nearest[e] = {edges[i].exponent, rho};
+        const auto reached = mesh.element(e).first(4);
+        corners.insert(corners.end(), reached.begin(), reached.end());
+      }
+    }
+  }
+  return nearest;
 }
 
 std::vector<bool> between_sharp_edges(const TetMesh& mesh) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "solvers/mesh/tet_mesh.hpp"
@@ -24,10 +25,27 @@ struct InwardEdge {
 /// @param mesh  curved elements of any order
 std::vector<InwardEdge> inward_edges(const TetMesh& mesh);
 
-/// What the inward edges at an element's corners let its solution be: the least exponent of those
-/// that meet in one of them. 1 for elements at none.
+/// How an inward edge passes a straight line between two nodes.
+struct Passage {
+  /// Of the ellipse that has the line's ends as foci and meets the edge, both seen along it: the
+  /// sum of its half axes over half of its foci's distance. 1 where the edge meets the line.
+  /// Polynomials on the line follow a field that is smooth up to the edge with errors of rho^-order
+  /// (Trefethen 2019, theorem 8.2).
+  double rho = std::numeric_limits<double>::infinity();
+  double share = 0;  ///< of the line before the place that is nearest to the edge
+};
+Passage passage(const TetMesh& mesh, std::int32_t one, std::int32_t other, const InwardEdge& edge);
+
+/// The inward edge that an element's polynomials suffer most from.
+struct NearestEdge {
+  double exponent = 1;  ///< of its field, InwardEdge::exponent
+  /// The least Passage::rho of the element's edges; infinity where no inward edge is near.
+  double rho = std::numeric_limits<double>::infinity();
+};
+
+/// For each element.
 /// @param mesh  curved elements of any order
-std::vector<double> edge_exponents(const TetMesh& mesh);
+std::vector<NearestEdge> nearest_edges(const TetMesh& mesh);
 
 /// Elements whose four corners lie on edges that turn outward by 60 degrees or more: those of a bar
 /// that is one element wide and thick.

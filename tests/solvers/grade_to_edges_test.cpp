@@ -108,6 +108,35 @@ TEST(GradeToEdges, ThinsElementsAcrossEdgesAndNotAlong) {
   }
 }
 
+/// The least Passage::rho of lines between corners of elements that an inward edge passes amid.
+double nearest_passage(const mesh::TetMesh& mesh) {
+  const auto edges = mesh::inward_edges(mesh);
+  double rho = std::numeric_limits<double>::infinity();
+  for (std::size_t e = 0; e < mesh.element_count(); ++e) {
+    const auto corners = mesh.element(e).first(4);
+    for (const std::int32_t a : corners)
+      for (const std::int32_t b : corners)
+        for (const mesh::InwardEdge& edge : edges) {
+          const mesh::Passage passed = mesh::passage(mesh, a, b, edge);
+          if (a < b && passed.share > 0.1 && passed.share < 0.9) rho = std::min(rho, passed.rho);
+        }
+  }
+  return rho;
+}
+
+TEST(GradeToEdges, CutsLinesThatAnEdgePasses) {
+  // Legs of 4 mm on a base of 10 mm: lines run from the base's top to the legs' outer sides.
+  std::vector<Vec2> section{{0, 0},   {59, 0}, {59, 66}, {55, 66},
+                            {55, 10}, {4, 10}, {4, 66},  {0, 66}};
+  for (Vec2& p : section) p *= 1e-3;
+  mesh::MeshOptions options;
+  options.element_size = 0.0156;
+  const auto plain = mesh::tetrahedra::tetrahedralise(prism(section, 0.028), options).mesh;
+  EXPECT_LT(nearest_passage(plain), 1.3);
+  expect_same_body(plain, 1);
+  EXPECT_GT(nearest_passage(mesh::grade_to_edges(plain, 1)), 1.5);
+}
+
 TEST(GradeToEdges, PassesOverLinesMuchSmallerThanTheElements) {
   for (const double side : {0.2, 0.002}) {
     SCOPED_TRACE(side);

@@ -46,7 +46,7 @@ TEST(InwardEdges, AreFoundAtTheCornersOfElements) {
     options.order = order;
     options.element_size = 0.6;
     const auto body = mesh::tetrahedra::tetrahedralise(surface, options).mesh;
-    const auto exponents = mesh::edge_exponents(body);
+    const auto nearest = mesh::nearest_edges(body);
     std::size_t at_edge = 0;
     for (std::size_t e = 0; e < body.element_count(); ++e) {
       const auto corners = body.element(e).first(4);
@@ -54,13 +54,16 @@ TEST(InwardEdges, AreFoundAtTheCornersOfElements) {
         return (body.nodes[static_cast<std::size_t>(n)].head<2>() - Vec2(1, 1)).norm() < 1e-9;
       });
       at_edge += touches ? 1 : 0;
-      EXPECT_NEAR(exponents[e], touches ? 0.5444837 : 1, 1e-6);
+      if (touches) EXPECT_NEAR(nearest[e].exponent, 0.5444837, 1e-6);
+      if (touches) EXPECT_NEAR(nearest[e].rho, 1, 1e-6);
+      if (!touches) EXPECT_GT(nearest[e].rho, 1.05);
     }
     EXPECT_GT(at_edge, 10u);
   }
   // Chords of a hollow are no edges.
   const auto hollow = test::shell_mesh(0.05, 0.04, 3, 1, 2);
-  for (const double exponent : mesh::edge_exponents(hollow)) EXPECT_EQ(exponent, 1);
+  for (const mesh::NearestEdge& nearest : mesh::nearest_edges(hollow))
+    EXPECT_TRUE(std::isinf(nearest.rho));
 }
 
 /// Places from one end to the other, at most `step` apart, that crowd towards marked breaks.
