@@ -37,7 +37,7 @@ camera: {{width: 128, height: 128}}
 files: {{png: true}}
 """)
         output = self.folder / "real"
-        result = run("build", config, "-o", output, ranks=2, timeout=580)
+        result = run("build", config, "-o", output, ranks=2, timeout=900)
         self.assertIn(result.returncode, (0, 3), result.stderr)
         failures = json.loads((output / "failures.json").read_text())
         for failure in failures:
