@@ -57,8 +57,8 @@ std::vector<InwardEdge> graded_edges(const TetMesh& mesh) {
   return edges;
 }
 
-/// Lines that an inward edge passes so near (Passage::rho) are cut there: elements of any order
-/// leave out what goes on at the edge.
+/// Sides of elements that an inward edge passes so near (Passage::rho) are cut there: elements of
+/// any order leave out what goes on at the edge.
 constexpr double near_passage = 1.6;
 
 using Edge = std::pair<std::int32_t, std::int32_t>;
@@ -102,7 +102,11 @@ class Pieces {
       edges_at.emplace(from, edge);
       edges_at.emplace(to, edge);
     }
-    for (const Piece& piece : pieces_) find_passed_lines(piece, edges_at);
+    for (const Piece& piece : pieces_)
+      for (const PieceCorner& corner : piece.corners) {
+        const auto [first, last] = edges_at.equal_range(corner.vertex);
+        for (auto edge = first; edge != last; ++edge) find_passed_sides(piece, edge->second);
+      }
   }
 
   bool has_edges() const { return !inward_.empty(); }
@@ -155,23 +159,18 @@ class Pieces {
     return inward_.count(std::minmax(a.vertex, b.vertex)) > 0;
   }
 
-  /// The sides of an element at inward edges that those pass.
-  void find_passed_lines(const Piece& piece,
-                         const std::multimap<std::int32_t, InwardEdge>& edges_at) {
+  /// The sides of an element that an inward edge at one of its corners passes.
+  void find_passed_sides(const Piece& piece, const InwardEdge& edge) {
     const auto nodes = mesh_.element(piece.element);
-    for (const PieceCorner& at : piece.corners) {
-      const auto [first, last] = edges_at.equal_range(at.vertex);
-      for (auto edge = first; edge != last; ++edge)
-        for (std::size_t i = 0; i < 4; ++i)
-          for (std::size_t j = 0; j < 4; ++j) {
-            const PieceCorner &a = piece.corners[i], &b = piece.corners[j];
-            if (a.vertex >= b.vertex || is_at_edge(a) || is_at_edge(b)) continue;
-            const Passage passed = passage(mesh_, nodes[i], nodes[j], edge->second);
-            if (passed.rho > near_passage) continue;
-            Passage& nearest = passed_[{a.vertex, b.vertex}];
-            if (passed.rho < nearest.rho) nearest = passed;
-          }
-    }
+    for (std::size_t i = 0; i < 4; ++i)
+      for (std::size_t j = 0; j < 4; ++j) {
+        const PieceCorner &a = piece.corners[i], &b = piece.corners[j];
+        if (a.vertex >= b.vertex || is_at_edge(a) || is_at_edge(b)) continue;
+        const Passage passed = passage(mesh_, nodes[i], nodes[j], edge);
+        if (passed.rho > near_passage) continue;
+        Passage& nearest = passed_[{a.vertex, b.vertex}];
+        if (passed.rho < nearest.rho) nearest = passed;
+      }
   }
 
   /// A vertex between two others, the same for all pieces that share them.
@@ -299,7 +298,7 @@ class Pieces {
   std::int32_t vertices_ = 0;
   std::vector<bool> at_edge_;  ///< for each vertex
   std::set<Edge> inward_;
-  std::map<Edge, Passage> passed_;             ///< lines that an inward edge passes, and how
+  std::map<Edge, Passage> passed_;             ///< sides that an inward edge passes, and how
   std::map<Edge, std::int32_t> new_vertices_;  ///< of the cut under way
 };
 

@@ -3,6 +3,7 @@
 
 #include <fmt/core.h>
 #include <gtest/gtest.h>
+#include <rapidcheck.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -64,6 +65,26 @@ TEST(InwardEdges, AreFoundAtTheCornersOfElements) {
   const auto hollow = test::shell_mesh(0.05, 0.04, 3, 1, 2);
   for (const mesh::NearestEdge& nearest : mesh::nearest_edges(hollow))
     EXPECT_TRUE(std::isinf(nearest.rho));
+}
+
+/// Closed forms: (x + i y) = (rho e^(i t) + e^(-i t) / rho) / 2 between the foci -1 and 1.
+TEST(InwardEdges, PassagesAreThoseOfBernsteinsEllipses) {
+  EXPECT_TRUE(rc::check("an edge along z past a line along x, slanted by any slope", [] {
+    const auto number = [](int from, int to) { return 1e-3 * *rc::gen::inRange(from, to); };
+    const double rho = 1 + number(1, 3000), turn = number(0, 6283), slope = number(-2000, 2000);
+    const Vec3 at((rho + 1 / rho) / 2 * std::cos(turn), (rho - 1 / rho) / 2 * std::sin(turn), 0);
+    mesh::TetMesh body;
+    body.nodes = {{-1, 0, -slope}, {1, 0, slope}, at - 9 * Vec3::UnitZ(), at + 9 * Vec3::UnitZ()};
+    for (Vec3& n : body.nodes) n = 0.01 * n + Vec3(0.3, 0.2, 0.1);
+    const mesh::Passage passed = mesh::passage(body, 0, 1, {2, 3, 0.54});
+    RC_ASSERT(std::abs(passed.rho - rho) < 1e-6 * rho);
+    RC_ASSERT(std::abs(passed.share - std::clamp((1 + at.x()) / 2, 0.0, 1.0)) < 1e-9);
+  }));
+  // Beyond the edge's end, and along a line that runs beside it.
+  mesh::TetMesh body;
+  body.nodes = {{-1, 0, 0}, {1, 0, 0}, {0, 0, 0.75}, {0, 0, 2}, {0, 1, 0}, {0, 1, 1}};
+  EXPECT_NEAR(mesh::passage(body, 0, 1, {2, 3, 0.54}).rho, 0.75 + 1.25, 1e-12);
+  EXPECT_TRUE(std::isinf(mesh::passage(body, 4, 5, {2, 3, 0.54}).rho));
 }
 
 /// Places from one end to the other, at most `step` apart, that crowd towards marked breaks.
@@ -334,6 +355,27 @@ Section random_section(std::mt19937& random) {
               {t},
               h};
   }
+}
+
+/// A channel of thin legs: sides of elements run from its floor's top to the legs' outer sides, 1.5
+/// mm beneath the inward edges, so that estimates were two thirds of the errors.
+TEST(InwardEdges, EstimatesOfAPassedSideAreTrue) {
+  std::mt19937 random(75);
+  const Section section = random_section(random);
+  const auto truth = truth_of(section, 10, 12);
+  for (const int order : {2, 3, 4})
+    for (const int layers : {0, 1, 2}) {
+      mesh::MeshOptions options;
+      options.order = order;
+      options.element_size = 0.0156;
+      const auto body = mesh::grade_to_edges(
+          mesh::tetrahedra::tetrahedralise(surface_of(section), options).mesh, layers);
+      const auto found = compare(lowest_modes(body, {test::steel}, 15), truth);
+      fmt::print("order {}, {} layers: worst {:.2f} cents, effectivity {:.2f} {:.2f} {:.2f}\n",
+                 order, layers, found.worst_error, found.minimum, found.median, found.maximum);
+      EXPECT_EQ(found.complaint, "") << "order " << order << ", " << layers << " layers";
+      EXPECT_GT(found.minimum, 0.85);
+    }
 }
 
 /// Refines to 5 cents and compares with the truth. CARILLON_BODIES says which bodies: 0-2, or 0-99
