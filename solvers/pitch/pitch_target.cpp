@@ -200,7 +200,7 @@ class Search {
     const bool first = steps.empty();
     has_edges_ = !target_.fixed_mesh && mesh::has_edges_to_grade(mesh.mesh);
     const double before = report().reached_cents;
-    if (!first) learn(before, step.worst_cents, size);
+    if (!first) learn(before, step, size);
     if (first && has_edges_) edge_layers_ = std::max(edge_layers_, edge_layers_for(target_.cents));
     if (first || step.worst_cents < before) {
       report().reached_cents = step.worst_cents;
@@ -220,11 +220,13 @@ class Search {
 
   /// Compares a step with its prediction: where corners or a rough surface slow convergence down,
   /// later predictions promise less. Where fewer elements were made than a size was expected to
-  /// give, they promised less themselves, and smaller sizes are asked for from now on.
-  void learn(double before, double now, const MeshSize& made) {
+  /// give, they promised less themselves, and smaller sizes are asked for from now on; the automatic
+  /// size, which is another one for every order, says nothing about those.
+  void learn(double before, const PitchStep& step, const MeshSize& made) {
+    const double now = step.worst_cents;
     const double coarser = std::sqrt(std::max(1.0, planned_.elements / made.elements));
     const double factor = coarser * planned_.element_size / best_.element_size;
-    asked_size_ /= coarser;
+    if (!step.automatic_size) asked_size_ /= coarser;
     const double promised = std::log(before / predicted(before, planned_.order, factor));
     if (promised < 0.2) return;
     stuck_ = now > min_gain * before ? stuck_ + 1 : 0;
