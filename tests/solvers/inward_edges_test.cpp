@@ -55,9 +55,12 @@ TEST(InwardEdges, AreFoundAtTheCornersOfElements) {
         return (body.nodes[static_cast<std::size_t>(n)].head<2>() - Vec2(1, 1)).norm() < 1e-9;
       });
       at_edge += touches ? 1 : 0;
-      if (touches) EXPECT_NEAR(nearest[e].exponent, 0.5444837, 1e-6);
-      if (touches) EXPECT_NEAR(nearest[e].rho, 1, 1e-6);
-      if (!touches) EXPECT_GT(nearest[e].rho, 1.05);
+      if (touches) {
+        EXPECT_NEAR(nearest[e].exponent, 0.5444837, 1e-6);
+        EXPECT_NEAR(nearest[e].rho, 1, 1e-6);
+      } else {
+        EXPECT_GT(nearest[e].rho, 1.05);
+      }
     }
     EXPECT_GT(at_edge, 10u);
   }
@@ -382,8 +385,9 @@ TEST(InwardEdges, EstimatesOfAPassedSideAreTrue) {
 /// in some 100 minutes.
 TEST(InwardEdges, TargetsOfRandomBodiesAreMet) {
   int from = 0, to = 2;
-  if (const char* wanted = std::getenv("CARILLON_BODIES"))
+  if (const char* wanted = std::getenv("CARILLON_BODIES")) {
     ASSERT_EQ(std::sscanf(wanted, "%d-%d", &from, &to), 2) << "FIRST-LAST expected";
+  }
   constexpr std::size_t count = 10;
   constexpr double asked = 5;
   int met = 0, kept = 0;
