@@ -220,8 +220,8 @@ class Search {
 
   /// Compares a step with its prediction: where corners or a rough surface slow convergence down,
   /// later predictions promise less. Where fewer elements were made than a size was expected to
-  /// give, they promised less themselves, and smaller sizes are asked for from now on; the automatic
-  /// size, which is another one for every order, says nothing about those.
+  /// give, they promised less themselves, and smaller sizes are asked for from now on; the
+  /// automatic size, which is another one for every order, says nothing about those.
   void learn(double before, const PitchStep& step, const MeshSize& made) {
     const double now = step.worst_cents;
     const double coarser = std::sqrt(std::max(1.0, planned_.elements / made.elements));
