@@ -10,6 +10,7 @@
 #include <numbers>
 
 #include "core/error.hpp"
+#include "core/vectors.hpp"
 
 namespace carillon::solvers::families {
 namespace {

@@ -13,6 +13,7 @@
 #include "solvers/mesh/conformity.hpp"
 #include "solvers/mesh/readers/detail/msh_elements.hpp"
 #include "solvers/mesh/readers/detail/msh_file.hpp"
+#include "solvers/mesh/readers/detail/text_scanner.hpp"
 #include "solvers/mesh/readers/read_mesh.hpp"
 
 namespace carillon::solvers::mesh::readers {
