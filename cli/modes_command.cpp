@@ -65,12 +65,19 @@ nlohmann::json to_json(const scene::SolvedObject& object,
                           {"count_verified", certificate.count_verified},
                           {"eigen_solver", solvers::modes::name_of(certificate.eigen_solver)},
                           {"linear_solver", solvers::modes::name_of(certificate.linear_solver)}}},
-                        {"mesh", solvers::mesh::to_json(object.mesh.quality)},
-                        {"repair", solvers::mesh::to_json(object.mesh.repair)},
+                        {"solver",
+                         {{"name", scene::name_of(object.solver.solver)},
+                          {"reason", object.solver.reason}}},
+                        {"mesh", nullptr},
+                        {"repair", nullptr},
                         {"warnings", object.warnings},
                         {"materials", materials},
                         {"mass_kg", object.modes.mass},
                         {"timing", timing}};
+  if (object.solver.solver == scene::ObjectSolver::tetrahedra) {
+    out["mesh"] = solvers::mesh::to_json(object.mesh.quality);
+    out["repair"] = solvers::mesh::to_json(object.mesh.repair);
+  }
   if (object.modes.size() == 0) out["explanation"] = why_no_mode(object);
   if (!damping.negative.empty()) {
     out["negative_damping"] = {{"modes", damping.negative.size()},
@@ -120,7 +127,8 @@ void print_table(const scene::SolvedObject& object, const synth::damping::DecayR
   const std::string size = turned ? fmt::format("{} unknowns to a harmonic", certificate.unknowns)
                                   : fmt::format("{} elements, {} unknowns",
                                                 object.mesh.quality.elements, certificate.unknowns);
-  fmt::print("{}, mass {:.4g} kg\n", size, object.modes.mass);
+  fmt::print("{} solver ({}): {}, mass {:.4g} kg\n", scene::name_of(object.solver.solver),
+             object.solver.reason, size, object.modes.mass);
   if (const auto& quality = object.mesh.quality; std::isfinite(quality.hausdorff)) {
     fmt::print(
         "surface kept within {:.4f} mm, area {:+.4f} %, volume {:+.4f} % after "

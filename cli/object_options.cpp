@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include <sstream>
+#include <vector>
 
 #include "cli/command_line.hpp"
 #include "core/error.hpp"
@@ -56,18 +57,33 @@ void refuse_idle(const ObjectOptions& options, const std::string& family) {
   refuse(!options.thickness.empty(), "--thickness", why, hint);
 }
 
-/// Options of tetrahedra.
-void refuse_tetrahedral(const ObjectOptions& options) {
-  const std::string why = "it belongs to tetrahedra, and the axisymmetric solver has none";
-  const std::string hint = "leave it out; --element-size bounds the cells of the section";
-  refuse(options.order.has_value(), "--order", why, hint);
-  refuse(options.linear_solver.has_value(), "--linear-solver", why, hint);
-  refuse(options.memory_limit.has_value(), "--memory-limit", why, hint);
-  refuse(options.max_elements.has_value(), "--max-elements", why, hint);
-  refuse(options.max_unknowns.has_value(), "--max-unknowns", why, hint);
-  refuse(options.edge_layers.has_value(), "--edge-layers", why, hint);
-  refuse(options.pitch_cents.has_value(), "--pitch-cents", why,
-         "leave it out; the axisymmetric solver comes within 0.01 cents by itself");
+/// An option that only tetrahedra have a use for.
+struct TetrahedralOption {
+  const char* name;
+  bool given;
+  bool bounds;  ///< says how much a solve may take, not what it is
+};
+
+/// The solver, and what of tetrahedra is asked for.
+scene::SolverRequest solver_request(const ObjectOptions& options) {
+  const std::vector<TetrahedralOption> tetrahedral = {
+      {"--order", options.order.has_value(), false},
+      {"--edge-layers", options.edge_layers.has_value(), false},
+      {"--eigen-solver", options.eigen_solver.has_value(), false},
+      {"--linear-solver", options.linear_solver.has_value(), false},
+      {"--memory-limit", options.memory_limit.has_value(), true},
+      {"--max-elements", options.max_elements.has_value(), true},
+      {"--max-unknowns", options.max_unknowns.has_value(), true}};
+  scene::SolverRequest request{scene::parse_object_solver(options.solver), ""};
+  if (!options.element_size.empty()) request.elements = "--element-size";
+  for (const TetrahedralOption& option : tetrahedral) {
+    if (request.solver == scene::ObjectSolver::axisymmetric)
+      refuse(option.given, option.name,
+             "it belongs to tetrahedra, and the axisymmetric solver has none",
+             "leave it out; --element-size bounds the cells of the section");
+    if (option.given && !option.bounds) request.elements = option.name;
+  }
+  return request;
 }
 
 solvers::eigen::SolveOptions solve_options(const ObjectOptions& options) {
@@ -79,7 +95,8 @@ solvers::eigen::SolveOptions solve_options(const ObjectOptions& options) {
   if (!(solve.band.min_frequency >= 0 && solve.band.max_frequency > solve.band.min_frequency)) {
     throw InputError("the band is empty", "--max-frequency must be above --min-frequency");
   }
-  if (options.solver == "krylov_schur") solve.solver = solvers::modes::EigenSolver::krylov_schur;
+  if (options.eigen_solver)
+    solve.solver = solvers::modes::parse_eigen_solver(*options.eigen_solver);
   if (options.linear_solver) {
     solve.linear_solver = solvers::modes::parse_linear_solver(*options.linear_solver);
   }
@@ -130,11 +147,16 @@ void add_object_options(Command& command, ObjectOptions& options) {
       .range(1, 100000)
       .show_default();
   command
-      .option("--eigen-solver,--solver", options.solver,
-              "block_lanczos or krylov_schur on tetrahedra; axisymmetric: harmonics about the axis "
-              "of a generated body of revolution")
-      .one_of({"block_lanczos", "krylov_schur", "axisymmetric"})
+      .option("--solver", options.solver,
+              "axisymmetric: harmonics about the axis of a generated body of revolution; "
+              "tetrahedra: of any object; automatic: axisymmetric where it can be, unless an "
+              "option of tetrahedra is given")
+      .one_of({"automatic", "tetrahedra", "axisymmetric"})
       .show_default();
+  command
+      .option("--eigen-solver", options.eigen_solver, "of tetrahedra: block_lanczos, or SLEPc's krylov_schur")
+      .one_of({"block_lanczos", "krylov_schur"})
+      .show_default("block_lanczos");
   command
       .option("--pitch-cents", options.pitch_cents,
               "refine order and element size until the worst mode's estimated pitch error is "
@@ -208,10 +230,7 @@ scene::RegionMaterials region_materials(const ObjectOptions& options) {
 
 scene::ObjectRequest object_request(const ObjectOptions& options) {
   scene::ObjectRequest request;
-  if (options.solver == "axisymmetric") {
-    refuse_tetrahedral(options);
-    request.solver = scene::ObjectSolver::axisymmetric;
-  }
+  request.solver = solver_request(options);
   request.mesh = mesh_request(options);
   request.materials = region_materials(options);
   request.any_size = options.any_size;

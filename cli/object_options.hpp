@@ -27,7 +27,8 @@ struct ObjectOptions {
   std::optional<std::string> linear_solver;  ///< automatic when none is given
   std::optional<std::string> memory_limit;   ///< 16 GiB when none is given
   std::optional<int> max_elements;           ///< 200,000 when none is given
-  std::string solver = "block_lanczos";      ///< or krylov_schur, axisymmetric
+  std::string solver = "automatic";          ///< or tetrahedra, axisymmetric
+  std::optional<std::string> eigen_solver;   ///< block_lanczos when none is given
   /// 5 when none is given, or off where order or element_size are.
   std::optional<std::string> pitch_cents;
   std::optional<int> max_unknowns;  ///< of refinements; 120,000 when none is given

@@ -24,6 +24,7 @@ void print_report(const solvers::pitch::PitchReport& report) {
     fmt::print("not met, the worst mode is within {:.3g}; {}\n", report.reached_cents,
                report.reason);
   }
+  if (report.steps.empty()) return;
   fmt::print("{:>6} {:>5} {:>12} {:>9} {:>9} {:>9} {:>14} {:>15}\n", "", "order", "size [mm]",
              "elements", "unknowns", "time [s]", "worst [cent]", "median [cent]");
   for (std::size_t i = 0; i < report.steps.size(); ++i) {

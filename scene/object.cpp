@@ -130,6 +130,8 @@ Object read_object(ConfigNode& node, const std::vector<std::string>& shared_mate
   object.name = node.text("name", object.family);
   object.file.length = node.not_negative("length", Dimension::length, 0);
   object.file.any_size = node.flag("any_size", false);
+  object.solver = parse_object_solver(
+      node.choice("solver", {"automatic", "tetrahedra", "axisymmetric"}, "automatic"));
   read_materials(node, shared_materials, own, object);
   if (node.has("material_axes")) {
     core::ConfigNode axes = node.child("material_axes");

@@ -31,6 +31,7 @@ struct Object {
   solvers::mesh::MeshFile file;
   /// Where the materials' own axes lie in the object, as columns of a rotation.
   Eigen::Matrix3d material_axes = Eigen::Matrix3d::Identity();
+  ObjectSolver solver = ObjectSolver::automatic;
   std::vector<std::string> materials;         ///< names, each a variant of its objects
   std::map<std::string, std::string> groups;  ///< instead: physical group -> material
 };

@@ -6,8 +6,8 @@
 
 #include "core/error.hpp"
 #include "mpi/comm.hpp"
-#include "scene/detail/turned_object.hpp"
 #include "scene/pitch.hpp"
+#include "scene/turned_sets.hpp"
 #include "solvers/eigen/cached_modes.hpp"
 #include "solvers/mesh/mesh_warnings.hpp"
 
@@ -94,12 +94,38 @@ core::Trace::Entry& mesh_entry(core::Trace& trace, const solvers::mesh::MeshRequ
   return trace.stages[solvers::mesher::mesh_is_cached(request, cache) ? "mesh from cache" : "mesh"];
 }
 
+namespace {
+
+/// The rest of solve_object() for a body of revolution.
+void solve_about_axis(const ObjectRequest& request, MPI_Comm comm,
+                      const std::filesystem::path& cache, SolvedObject& object) {
+  check_size(longest_side_of_turned(request.mesh.shape), request.any_size);
+  object.materials = assign_materials(request.materials, {"body"});
+  const solvers::basis::ModeRequest set{elastic_of(object.materials), request.solve.band};
+  auto result = solve_turned(
+      request.mesh.shape, std::span(&set, 1),
+      {request.solve, request.pitch_cents, request.mesh.options.element_size}, comm, cache,
+      object.trace);
+  object.mesh = std::move(result.mesh);
+  object.modes = std::move(result.sets.front());
+  if (request.pitch_cents > 0) object.pitch_target = std::move(result.report);
+}
+
+}  // namespace
+
 SolvedObject solve_object(const ObjectRequest& request, MPI_Comm comm,
                           const std::filesystem::path& cache) {
-  if (request.solver == ObjectSolver::axisymmetric) return solve_turned(request, comm);
   // What is meshed here has one region; wrong groups need not wait for it.
   if (!gives_tetrahedra(request.mesh)) assign_materials(request.materials, {"body"});
   SolvedObject object;
+  mpi::agreed(comm, [&] {
+    object.solver =
+        decide_solver(request.solver, request.mesh, elastic_of(listed(request.materials)));
+  });
+  if (object.solver.solver == ObjectSolver::axisymmetric) {
+    solve_about_axis(request, comm, cache, object);
+    return object;
+  }
   solvers::eigen::SolveOptions solve = request.solve;
   const auto solve_mesh = [&](const solvers::mesh::MeshResult& mesh) {
     if (!request.mesh.shape.family.empty()) {

@@ -7,6 +7,7 @@
 
 #include "core/config.hpp"
 #include "mpi/comm.hpp"
+#include "scene/object_solver.hpp"
 #include "solvers/eigen/solve_modes.hpp"
 #include "solvers/mesher/mesh_child.hpp"
 #include "solvers/pitch/pitch_target.hpp"
@@ -17,19 +18,13 @@ namespace carillon::scene {
 /// Materials by the region of a mesh that they fill; "" for every region.
 using RegionMaterials = std::map<std::string, synth::material::Material>;
 
-/// What the modes of an object are found with.
-enum class ObjectSolver {
-  tetrahedra,   ///< any object: eigen::solve_modes()
-  axisymmetric  ///< generated bodies of revolution: axisymmetric::solve_axisymmetric()
-};
-
 /// An object of one or more materials, and how its modes are to be found.
 struct ObjectRequest {
   solvers::mesh::MeshRequest mesh;
   RegionMaterials materials;
   bool any_size = false;  ///< lets an object outside 1 mm to 10 m pass
-  ObjectSolver solver = ObjectSolver::tetrahedra;
-  solvers::eigen::SolveOptions solve;  ///< the axisymmetric solver takes its band alone
+  SolverRequest solver;
+  solvers::eigen::SolveOptions solve;
   double pitch_cents = 0;              ///< refine until the worst mode is within it; 0: as it comes
   std::int64_t max_unknowns = solvers::pitch::usual_max_unknowns;  ///< of refinements
 };
@@ -66,6 +61,7 @@ core::Trace::Entry& mesh_entry(core::Trace& trace, const solvers::mesh::MeshRequ
 
 /// An object with its modes.
 struct SolvedObject {
+  SolverDecision solver;
   solvers::mesh::MeshResult mesh;  ///< of the axisymmetric solver a region's name alone
   std::vector<synth::material::Material> materials;  ///< one per region
   solvers::modes::Modes modes;
@@ -74,8 +70,8 @@ struct SolvedObject {
   core::Trace trace;
 };
 
-/// Meshes an object and finds its modes, each behind the cache (empty path: none). A
-/// libraries::SolverEnvironment must be alive.
+/// Finds the modes of an object by the solver that decide_solver() names: meshes and modes are each
+/// behind the cache (empty path: none). A libraries::SolverEnvironment must be alive.
 /// @return the same on every rank
 /// @throws InputError   see solve_modes(), assign_materials(), check_size(); an axisymmetric solve
 ///                      of an object that is not turned about an axis

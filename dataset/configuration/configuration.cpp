@@ -42,9 +42,15 @@ void read_modes(ConfigNode node, BuildConfig& config) {
   config.mesh.edge_layers = static_cast<int>(node.integer("edge_layers", 0, 4, 1));
   // Who fixes the elements wants these.
   if (node.has("order") || config.mesh.element_size > 0) config.pitch_cents = 0;
+  for (const char* key : {"order", "element_size", "edge_layers"})
+    if (node.has(key)) config.object_solver.elements = fmt::format("modes.{}", key);
 }
 
 void read_solver(ConfigNode node, BuildConfig& config) {
+  for (const char* key : {"linear_solver", "eigen_solver"})
+    if (node.has(key)) config.object_solver.elements = fmt::format("solver.{}", key);
+  config.object_solver.solver = scene::parse_object_solver(
+      node.choice("kind", {"automatic", "tetrahedra", "axisymmetric"}, "automatic"));
   const std::string cents = node.text(
       "pitch_cents", config.pitch_cents > 0 ? fmt::format("{}", config.pitch_cents) : "off");
   at_key(node, "pitch_cents",

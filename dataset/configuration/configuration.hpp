@@ -39,6 +39,7 @@ struct BuildConfig {
   std::vector<ObjectSource> objects;
   VariantChoice sounding;  ///< variants of each object that samples are made of
   solvers::modes::Band band;
+  scene::SolverRequest object_solver;   ///< of objects that name none
   solvers::eigen::SolveOptions solver;  ///< all but the band
   solvers::mesh::MeshOptions mesh;
   /// Each shape is refined until its worst mode is within it; 0: not.

@@ -159,6 +159,21 @@ void add_files(const configuration::BuildConfig& config, std::size_t index, cons
   }
 }
 
+/// @throws InputError  the axisymmetric solver is asked for where it cannot be had
+scene::SolverDecision solver_of(const configuration::BuildConfig& config, const Shape& shape) {
+  const scene::Object& object = config.objects[shape.source].object;
+  scene::SolverRequest request = config.object_solver;
+  if (object.solver != scene::ObjectSolver::automatic) request.solver = object.solver;
+  std::vector<solvers::elements::Elastic> materials;
+  for (const std::string& name : object.materials)
+    materials.push_back(scene::object_material(object, name, config.own_materials).elastic);
+  try {
+    return scene::decide_solver(request, shape.request, materials);
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{}: {}", shape.id, error.message()), error.hint());
+  }
+}
+
 /// Every given strike speaks of a shape that there is.
 void check_given_strikes(const configuration::BuildConfig& config,
                          const std::set<std::string>& ids) {
@@ -265,6 +280,7 @@ BuildPlan make_plan(const configuration::BuildConfig& config, const FindMeshes& 
                        "give one of the entries of objects another `name:`");
     }
     shape.request.options = config.mesh;
+    shape.solver = solver_of(config, shape);
     shape.variants = make_variants(config, config.objects[shape.source], shape.id);
     shape.split_shape = part_of_shape(config, shape);
   }

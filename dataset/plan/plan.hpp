@@ -31,6 +31,7 @@ struct Shape {
   std::string path;        ///< mesh file; "" for generated shapes
   std::size_t source = 0;  ///< index into BuildConfig::objects
   solvers::mesh::MeshRequest request;
+  scene::SolverDecision solver;
   std::vector<Variant> variants;
   std::string split_shape;  ///< train, validation or test
   std::string given_part;   ///< train or test where the file's folder says it; "" elsewhere

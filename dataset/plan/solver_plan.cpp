@@ -1,7 +1,9 @@
 #include "dataset/plan/solver_plan.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <map>
 #include <string>
 
 #include "core/progress.hpp"
@@ -24,13 +26,25 @@ const char* linear_solver_reason(solvers::modes::LinearSolver solver) {
   return "direct (Cholesky, modes counted) while its factor fits the memory limit, else iterative";
 }
 
-}  // namespace
+/// Shapes of a solver, by the reason that it is theirs.
+SolverChoice shapes_of(scene::ObjectSolver solver, const BuildPlan& plan) {
+  std::map<std::string, std::size_t> reasons;
+  std::size_t count = 0;
+  for (const Shape& shape : plan.shapes) {
+    if (shape.solver.solver != solver) continue;
+    ++count;
+    ++reasons[shape.solver.reason];
+  }
+  std::vector<std::string> texts;
+  for (const auto& [reason, shapes] : reasons) texts.push_back(fmt::format("{}: {}", shapes, reason));
+  return {std::string(scene::name_of(solver)), count,
+          fmt::format("{} shape{}", count, count == 1 ? "" : "s"),
+          fmt::format("{}", fmt::join(texts, "; "))};
+}
 
-std::vector<SolverChoice> plan_solver(const configuration::BuildConfig& config) {
+void add_tetrahedral(const configuration::BuildConfig& config, std::vector<SolverChoice>& list) {
   const bool refined = config.pitch_cents > 0;
   const double size = config.mesh.element_size;
-  const solvers::modes::Band& band = config.band;
-  std::vector<SolverChoice> list;
   list.push_back({"order", config.mesh.order, fmt::format("{}", config.mesh.order),
                   refined ? "the first setting; the pitch target chooses from 2 to 4"
                           : "of the elements, the same for every object"});
@@ -47,18 +61,9 @@ std::vector<SolverChoice> plan_solver(const configuration::BuildConfig& config) 
                   fmt::format("{}", config.mesh.edge_layers),
                   std::string("of thin elements at inward edges, where an object has them") +
                       (refined ? "; more for pitch targets below 4 cents" : "")});
-  list.push_back({"pitch_target", refined ? json(config.pitch_cents) : json(),
-                  refined ? fmt::format("{:.4g} cents", config.pitch_cents) : "none",
-                  refined ? "each object is refined until its worst mode's estimate is below it"
-                          : "solver.pitch_cents is off: errors are estimated, meshes are kept"});
   if (refined)
     list.push_back({"max_unknowns", config.max_unknowns, fmt::format("{}", config.max_unknowns),
                     "a refinement that takes more is left out"});
-  list.push_back({"band", json{band.min_frequency, band.max_frequency},
-                  fmt::format("{:.6g} to {:.6g} Hz", band.min_frequency, band.max_frequency),
-                  "wider in a solve that serves several materials or sizes"});
-  list.push_back({"max_modes", band.max_modes, fmt::format("{}", band.max_modes),
-                  "the lowest so many in the band of each material and size"});
   const std::string eigen_solver(solvers::modes::name_of(config.solver.solver));
   list.push_back(
       {"eigen_solver", eigen_solver, eigen_solver,
@@ -70,6 +75,27 @@ std::vector<SolverChoice> plan_solver(const configuration::BuildConfig& config) 
   list.push_back({"memory_limit", config.solver.memory_limit,
                   core::human_binary_bytes(static_cast<double>(config.solver.memory_limit)),
                   "of each modes task, all ranks of its group together"});
+}
+
+}  // namespace
+
+std::vector<SolverChoice> plan_solver(const configuration::BuildConfig& config,
+                                      const BuildPlan& plan) {
+  const bool refined = config.pitch_cents > 0;
+  const solvers::modes::Band& band = config.band;
+  std::vector<SolverChoice> list = {shapes_of(scene::ObjectSolver::axisymmetric, plan),
+                                    shapes_of(scene::ObjectSolver::tetrahedra, plan)};
+  const bool has_tetrahedra = list.back().value != 0;
+  list.push_back({"pitch_target", refined ? json(config.pitch_cents) : json(),
+                  refined ? fmt::format("{:.4g} cents", config.pitch_cents) : "none",
+                  refined ? "each object is refined until its worst mode's estimate is below it"
+                          : "solver.pitch_cents is off: errors are estimated, meshes are kept"});
+  list.push_back({"band", json{band.min_frequency, band.max_frequency},
+                  fmt::format("{:.6g} to {:.6g} Hz", band.min_frequency, band.max_frequency),
+                  "wider in a solve that serves several materials or sizes"});
+  list.push_back({"max_modes", band.max_modes, fmt::format("{}", band.max_modes),
+                  "the lowest so many in the band of each material and size"});
+  if (has_tetrahedra) add_tetrahedral(config, list);
   return list;
 }
 

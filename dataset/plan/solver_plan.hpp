@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "dataset/configuration/configuration.hpp"
+#include "dataset/plan/plan.hpp"
 
 namespace carillon::dataset::plan {
 
@@ -16,8 +16,10 @@ struct SolverChoice {
   std::string reason{};
 };
 
-/// order, element_size, max_elements, pitch_target, band, max_modes, eigen_solver, linear_solver,
-/// memory_limit.
-std::vector<SolverChoice> plan_solver(const configuration::BuildConfig& config);
+/// axisymmetric and tetrahedra (how many shapes each solves), band, max_modes, pitch_target; and
+/// where there are tetrahedra order, element_size, max_elements, edge_layers, max_unknowns,
+/// eigen_solver, linear_solver, memory_limit.
+std::vector<SolverChoice> plan_solver(const configuration::BuildConfig& config,
+                                      const BuildPlan& plan);
 
 }  // namespace carillon::dataset::plan

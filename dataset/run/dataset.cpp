@@ -111,7 +111,10 @@ nlohmann::json describe_shapes(const plan::BuildPlan& plan, const nlohmann::json
                             {"family", shape.family},
                             {"object", shape.source},
                             {"split_shape", shape.split_shape},
-                            {"request", solvers::mesh::to_json(shape.request)}};
+                            {"request", solvers::mesh::to_json(shape.request)},
+                            {"solver",
+                             {{"name", scene::name_of(shape.solver.solver)},
+                              {"reason", shape.solver.reason}}}};
     if (!shape.path.empty()) {
       entry["sha256"] = shape.sha256;
       entry["signature"] = shape.signature;
@@ -120,8 +123,10 @@ nlohmann::json describe_shapes(const plan::BuildPlan& plan, const nlohmann::json
       // The mesh that was kept, not the one that the search began with.
       const nlohmann::json& target = pitch_targets.at(shape.id);
       entry["pitch_target"] = target;
-      entry["request"]["options"]["order"] = target.at("order");
-      entry["request"]["options"]["element_size"] = target.at("element_size_m");
+      if (target.contains("order")) {
+        entry["request"]["options"]["order"] = target.at("order");
+        entry["request"]["options"]["element_size"] = target.at("element_size_m");
+      }
     }
     nlohmann::json variants = nlohmann::json::array();
     for (const plan::Variant& v : shape.variants) {

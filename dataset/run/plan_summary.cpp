@@ -29,7 +29,7 @@ PlanSummary summarise_plan(const LoadedBuild& build) {
   PlanSummary out{.name = build.config.name,
                   .shapes = build.plan.shapes.size(),
                   .samples = build.plan.samples.size(),
-                  .solver = plan::plan_solver(build.config),
+                  .solver = plan::plan_solver(build.config, build.plan),
                   .effects = scene::plan_effects(build.config.scene, build.config.band.max_modes)};
   for (const mpi::Task& task : board_tasks(build.plan, build.config)) {
     out.rank_seconds += task.cost;

@@ -12,6 +12,7 @@
 #include "mpi/comm.hpp"
 #include "scene/pitch.hpp"
 #include "scene/solved_object.hpp"
+#include "scene/turned_sets.hpp"
 #include "solvers/mesh/mesh_warnings.hpp"
 #include "solvers/modes/modes_file.hpp"
 #include "synth/motion/convex_hull.hpp"
@@ -94,12 +95,33 @@ void write_shape(const plan::Shape& shape, const solvers::mesh::MeshRequest& req
   file.write_attribute("shape", shape.id);
   file.write_attribute("family", shape.family);
   file.write_attribute("request", solvers::mesh::to_json(request).dump());
-  file.write_attribute("quality", solvers::mesh::to_json(mesh.quality).dump());
+  file.write_attribute("solver", nlohmann::json({{"name", scene::name_of(shape.solver.solver)},
+                                                 {"reason", shape.solver.reason}})
+                                     .dump());
+  if (shape.solver.solver == scene::ObjectSolver::tetrahedra)
+    file.write_attribute("quality", solvers::mesh::to_json(mesh.quality).dump());
   if (!shape.path.empty()) {
     file.write_attribute("diagnosis", solvers::mesh::to_json(mesh.diagnosis).dump());
     file.write_attribute("repair", solvers::mesh::to_json(mesh.repair).dump());
   }
   file.write<std::string>("regions", mesh.mesh.region_names, {mesh.mesh.region_names.size()});
+}
+
+/// What Bullet needs of a body. One that was solved about its axis gets straight tetrahedra here.
+void write_body(const configuration::BuildConfig& config, const plan::Shape& shape,
+                const solvers::mesh::TetMesh& solved, const BuildFolders& folders,
+                const core::Hdf5Group& file, core::Trace& trace) {
+  solvers::mesh::TetMesh straight;
+  if (shape.solver.solver == scene::ObjectSolver::axisymmetric) {
+    solvers::mesh::MeshRequest request = shape.request;
+    request.options.order = 1;
+    const core::ScopedTimer timer(scene::mesh_entry(trace, request, folders.cache));
+    straight = solvers::mesher::mesh_in_child(request, config.limits.mesh, folders.cache).mesh;
+  }
+  const solvers::mesh::TetMesh& mesh = straight.nodes.empty() ? solved : straight;
+  const core::ScopedTimer timer(trace.stages["convex pieces"]);
+  write_hulls(file, synth::motion::convex_pieces(mesh));
+  if (mesh.region_names.size() > 1) write_moments(file, synth::surface::region_moments(mesh));
 }
 
 }  // namespace
@@ -153,6 +175,19 @@ ModeSets group_variants(const std::vector<std::vector<synth::material::Material>
 
 namespace {
 
+/// What the variants of a shape ask for.
+/// @param longest  its longest side [m]
+/// @throws InputError  a variant of a size that is a slip, or regions without a material
+ModeSets wanted_sets(const configuration::BuildConfig& config, const plan::Shape& shape,
+                     double longest, const std::vector<std::string>& regions) {
+  std::vector<std::vector<synth::material::Material>> materials;
+  for (const plan::Variant& variant : shape.variants) {
+    scene::check_size(longest * variant.size, config.objects[shape.source].object.file.any_size);
+    materials.push_back(plan::variant_materials(config, shape, variant, regions));
+  }
+  return group_variants(materials, shape.variants, config.band);
+}
+
 /// Mode sets of a mesh that serve every variant of its shape.
 std::vector<solvers::modes::Modes> solve_sets(const configuration::BuildConfig& config,
                                               const plan::Shape& shape,
@@ -160,12 +195,7 @@ std::vector<solvers::modes::Modes> solve_sets(const configuration::BuildConfig& 
                                               const BuildFolders& folders, MPI_Comm comm,
                                               core::Trace& trace) {
   const double longest = solvers::mesh::bounding_box(mesh.mesh.nodes).longest_side();
-  std::vector<std::vector<synth::material::Material>> materials;
-  for (const plan::Variant& variant : shape.variants) {
-    scene::check_size(longest * variant.size, config.objects[shape.source].object.file.any_size);
-    materials.push_back(plan::variant_materials(config, shape, variant, mesh.mesh.region_names));
-  }
-  ModeSets sets = group_variants(materials, shape.variants, config.band);
+  ModeSets sets = wanted_sets(config, shape, longest, mesh.mesh.region_names);
   solvers::eigen::SolveOptions options = config.solver;
   if (config.pitch_cents > 0) {
     for (auto& request : sets.requests) request.band = solvers::pitch::judged_band(request.band);
@@ -183,6 +213,14 @@ std::vector<solvers::modes::Modes> solve_sets(const configuration::BuildConfig& 
 solvers::pitch::PitchResult make_sets(const configuration::BuildConfig& config,
                                       const plan::Shape& shape, const BuildFolders& folders,
                                       MPI_Comm comm, core::Trace& trace) {
+  if (shape.solver.solver == scene::ObjectSolver::axisymmetric) {
+    trace.enter("solve");
+    const solvers::mesh::GeneratedShape& turned = shape.request.shape;
+    const ModeSets sets =
+        wanted_sets(config, shape, scene::longest_side_of_turned(turned), {"body"});
+    return scene::solve_turned(turned, sets.requests, {config.solver, config.pitch_cents, 0}, comm,
+                               folders.cache, trace);
+  }
   trace.enter("mesh");
   const auto solve = [&](const solvers::mesh::MeshResult& mesh) {
     trace.enter("solve");
@@ -221,9 +259,11 @@ ModesTaskResult run_modes_task(const configuration::BuildConfig& config, const p
   if (config.pitch_cents > 0) {
     result.pitch_target = {{"asked_cents", made.report.asked_cents},
                            {"reached_cents", made.report.reached_cents},
-                           {"met", made.report.met()},
-                           {"order", request.options.order},
-                           {"element_size_m", request.options.element_size}};
+                           {"met", made.report.met()}};
+    if (shape.solver.solver == scene::ObjectSolver::tetrahedra) {
+      result.pitch_target["order"] = request.options.order;
+      result.pitch_target["element_size_m"] = request.options.element_size;
+    }
   }
   if (!shape.path.empty())
     result.warnings = solvers::mesh::mesh_warnings(request.file, made.mesh, modes.front().mass);
@@ -245,13 +285,7 @@ ModesTaskResult run_modes_task(const configuration::BuildConfig& config, const p
       for (std::size_t s = 0; s < modes.size(); ++s) {
         solvers::modes::write_modes(file.create_group(fmt::format("set-{:03}", s)), modes[s]);
       }
-      if (config.motion) {
-        const core::ScopedTimer timer(trace.stages["convex pieces"]);
-        write_hulls(file, synth::motion::convex_pieces(made.mesh.mesh));
-        if (made.mesh.mesh.region_names.size() > 1) {
-          write_moments(file, synth::surface::region_moments(made.mesh.mesh));
-        }
-      }
+      if (config.motion) write_body(config, shape, made.mesh.mesh, folders, file, trace);
       write_views(config, shape, modes.front().surface, folders, file, trace, result.written);
       file.flush();
     });

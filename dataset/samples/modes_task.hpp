@@ -39,14 +39,14 @@ ModeSets group_variants(const std::vector<std::vector<synth::material::Material>
 
 struct ModesTaskResult {
   std::vector<std::string> written;  ///< paths of the files, relative to the output folder
-  /// {asked_cents, reached_cents, met, order, element_size_m} of the setting that was chosen; null
-  /// without a pitch target.
+  /// {asked_cents, reached_cents, met}, and of tetrahedra {order, element_size_m} of the setting
+  /// that was chosen; null without a pitch target.
   nlohmann::json pitch_target;
   /// For a person: what is doubtful about a file's mesh, a pitch target that was missed.
   std::vector<std::string> warnings;
 };
 
-/// Meshes a shape, solves its mode sets and writes them with its voxels and picture to its modes
+/// Meshes a shape where its solver asks for it, solves its mode sets and writes them with its voxels and picture to its modes
 /// file.
 /// @note Collective on comm.
 ModesTaskResult run_modes_task(const configuration::BuildConfig& config, const plan::Shape& shape,

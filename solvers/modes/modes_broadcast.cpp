@@ -9,47 +9,47 @@ namespace carillon::solvers::modes {
 namespace {
 
 template <class T>
-void plain(T& value, MPI_Comm comm) {
+void plain(T& value, MPI_Comm comm, int root) {
   static_assert(std::is_trivially_copyable_v<T>);
-  mpi::broadcast(&value, sizeof(T), 0, comm);
+  mpi::broadcast(&value, sizeof(T), root, comm);
 }
 
 template <class T>
-void list(std::vector<T>& values, MPI_Comm comm) {
+void list(std::vector<T>& values, MPI_Comm comm, int root) {
   std::size_t count = values.size();
-  plain(count, comm);
+  plain(count, comm, root);
   values.resize(count);
-  mpi::broadcast(values.data(), count * sizeof(T), 0, comm);
+  mpi::broadcast(values.data(), count * sizeof(T), root, comm);
 }
 
 template <class Matrix>
-void matrix(Matrix& values, MPI_Comm comm) {
+void matrix(Matrix& values, MPI_Comm comm, int root) {
   Eigen::Index extent[2] = {values.rows(), values.cols()};
-  plain(extent, comm);
+  plain(extent, comm, root);
   values.resize(extent[0], extent[1]);
-  mpi::broadcast(values.data(), static_cast<std::size_t>(values.size()) * sizeof(*values.data()), 0,
-                 comm);
+  mpi::broadcast(values.data(), static_cast<std::size_t>(values.size()) * sizeof(*values.data()),
+                 root, comm);
 }
 
 }  // namespace
 
-void broadcast(Modes& modes, MPI_Comm comm) {
-  list(modes.eigenvalues, comm);
-  list(modes.residuals, comm);
-  list(modes.pitch_errors, comm);
-  list(modes.harmonics, comm);
-  matrix(modes.shapes, comm);
-  matrix(modes.kinetic_fraction, comm);
-  matrix(modes.strain_fraction, comm);
-  plain(modes.surface.order, comm);
+void broadcast(Modes& modes, MPI_Comm comm, int root) {
+  list(modes.eigenvalues, comm, root);
+  list(modes.residuals, comm, root);
+  list(modes.pitch_errors, comm, root);
+  list(modes.harmonics, comm, root);
+  matrix(modes.shapes, comm, root);
+  matrix(modes.kinetic_fraction, comm, root);
+  matrix(modes.strain_fraction, comm, root);
+  plain(modes.surface.order, comm, root);
   std::size_t nodes = modes.surface.nodes.size();
-  plain(nodes, comm);
+  plain(nodes, comm, root);
   modes.surface.nodes.resize(nodes);
   static_assert(sizeof(Vec3) == 3 * sizeof(double));
-  mpi::broadcast(modes.surface.nodes.data(), nodes * sizeof(Vec3), 0, comm);
-  list(modes.surface.faces, comm);
-  plain(modes.mass, comm);
-  plain(modes.certificate, comm);
+  mpi::broadcast(modes.surface.nodes.data(), nodes * sizeof(Vec3), root, comm);
+  list(modes.surface.faces, comm, root);
+  plain(modes.mass, comm, root);
+  plain(modes.certificate, comm, root);
 }
 
 }  // namespace carillon::solvers::modes

@@ -6,8 +6,8 @@
 
 namespace carillon::solvers::modes {
 
-/// Rank 0's modes on every rank.
+/// A rank's modes on every rank.
 /// @note Collective on comm.
-void broadcast(Modes& modes, MPI_Comm comm);
+void broadcast(Modes& modes, MPI_Comm comm, int root = 0);
 
 }  // namespace carillon::solvers::modes

@@ -220,7 +220,9 @@ TEST(Plan, ViewsThatAreOffAreNeverRegistered) {
 TEST(Plan, SolverIsShownWithItsReasons) {
   const auto solver = [](const std::string& more) {
     std::map<std::string, plan::SolverChoice> by_name;
-    for (const plan::SolverChoice& entry : plan::plan_solver(bars(1, 1, more))) {
+    const configuration::BuildConfig config = bars(1, 1, more);
+    for (const plan::SolverChoice& entry : plan::plan_solver(config, plan::make_plan(config))) {
+      if (entry.value == 0) continue;  // a solver that nothing asks for
       EXPECT_FALSE(entry.reason.empty()) << entry.name;
       EXPECT_FALSE(entry.text.empty()) << entry.name;
       by_name[entry.name] = entry;
@@ -250,6 +252,41 @@ TEST(Plan, SolverIsShownWithItsReasons) {
   EXPECT_EQ(chosen["memory_limit"].value, 4ll << 30);
   EXPECT_EQ(chosen["max_modes"].value, 7);
   EXPECT_EQ(chosen["band"].value, nlohmann::json({20, 20000}));
+}
+
+TEST(Plan, SolverIsChosenByTheShape) {
+  const auto solvers = [](const std::string& objects, const std::string& more = "") {
+    const configuration::BuildConfig config = config_of(
+        "materials: [steel]\nobjects:\n" + objects + more);
+    std::vector<std::string> names;
+    for (const plan::Shape& shape : plan::make_plan(config).shapes) {
+      EXPECT_FALSE(shape.solver.reason.empty());
+      names.emplace_back(scene::name_of(shape.solver.solver));
+    }
+    return names;
+  };
+  using Names = std::vector<std::string>;
+  const std::string both = "  - {shape: bowl}\n  - {shape: bar}\n";
+  EXPECT_EQ(solvers(both), (Names{"axisymmetric", "tetrahedra"}));
+  for (const char* elements : {"modes: {order: 2}\n", "modes: {element_size: 8 mm}\n",
+                               "modes: {edge_layers: 0}\n", "solver: {kind: tetrahedra}\n",
+                               "solver: {eigen_solver: krylov_schur}\n"})
+    EXPECT_EQ(solvers(both, elements), (Names{"tetrahedra", "tetrahedra"})) << elements;
+  // Bounds of tetrahedra do not ask for them.
+  EXPECT_EQ(solvers(both, "solver: {max_unknowns: 50000}\n"),
+            (Names{"axisymmetric", "tetrahedra"}));
+  EXPECT_EQ(solvers("  - {shape: bowl, solver: tetrahedra}\n  - {shape: cup}\n"),
+            (Names{"tetrahedra", "axisymmetric"}));
+  EXPECT_EQ(solvers("  - {shape: bowl, materials: [spruce]}\n"), (Names{"tetrahedra"}));
+  EXPECT_THROW(solvers("  - {shape: bar, solver: axisymmetric}\n"), core::InputError);
+  EXPECT_THROW(solvers(both, "solver: {kind: axisymmetric}\n"), core::InputError);
+}
+
+TEST(Plan, TellsOfTetrahedraOnlyWhereThereAreSome) {
+  const configuration::BuildConfig config =
+      config_of("materials: [steel]\nobjects:\n  - {shape: bowl}\n");
+  for (const plan::SolverChoice& entry : plan::plan_solver(config, plan::make_plan(config)))
+    EXPECT_NE(entry.name, "order");
 }
 
 }  // namespace

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "solvers/elements/elastic.hpp"
+#include "solvers/mesh/shape_source.hpp"
+
+namespace carillon::scene {
+
+/// What the modes of an object are found with.
+enum class ObjectSolver {
+  automatic,    ///< the axisymmetric solver where decide_solver() finds that it can
+  tetrahedra,   ///< any object: eigen::solve_modes()
+  axisymmetric  ///< generated bodies of revolution: axisymmetric::solve_axisymmetric()
+};
+
+/// "automatic", "tetrahedra" or "axisymmetric".
+std::string_view name_of(ObjectSolver solver);
+/// @param name  as name_of() gives it
+/// @throws InputError  no such name
+ObjectSolver parse_object_solver(std::string_view name);
+
+/// What was asked for of an object's solver.
+struct SolverRequest {
+  ObjectSolver solver = ObjectSolver::automatic;
+  /// What of the elements was asked for, in words ("their order"): automatic is then tetrahedra.
+  std::string elements;
+};
+
+/// The solver of an object, and why.
+struct SolverDecision {
+  ObjectSolver solver = ObjectSolver::tetrahedra;  ///< never automatic
+  std::string reason;
+};
+
+/// The axisymmetric solver for generated bodies of revolution of isotropic materials, tetrahedra
+/// for all else and where elements are asked for.
+/// @param materials  of all its regions, in every variant
+/// @throws InputError  the axisymmetric solver is asked for, and cannot be had
+SolverDecision decide_solver(const SolverRequest& asked, const solvers::mesh::MeshRequest& request,
+                             std::span<const solvers::elements::Elastic> materials);
+
+}  // namespace carillon::scene

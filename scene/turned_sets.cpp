@@ -1,0 +1,102 @@
+#include "scene/turned_sets.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "core/hash.hpp"
+#include "solvers/axisymmetric/solve_axisymmetric.hpp"
+#include "solvers/eigen/cached_modes.hpp"
+#include "solvers/families/families.hpp"
+#include "solvers/libraries/library_versions.hpp"
+#include "solvers/modes/modes_broadcast.hpp"
+
+namespace carillon::scene {
+namespace {
+
+/// Part of every key: raise it when solve_axisymmetric() gives other values for equal input.
+constexpr std::string_view solver_version = "carillon axisymmetric 1";
+
+std::string key_of(const solvers::mesh::GeneratedShape& shape,
+                   const solvers::basis::ModeRequest& set, const TurnedOptions& options) {
+  core::Sha256 hash;
+  hash.add(solver_version);
+  for (const auto& [library, version] : solvers::libraries::library_versions())
+    hash.add(fmt::format(" {} {}", library, version));
+  hash.add(shape.family);
+  for (const auto& [name, value] : shape.parameters)
+    hash.add(name).add(std::span<const double>(&value, 1));
+  for (const auto& point : shape.profile) hash.add(std::span<const double>(point));
+  std::vector<double> numbers = solvers::elements::identity_of(set.regions.front());
+  numbers.insert(numbers.end(),
+                 {set.band.min_frequency, set.band.max_frequency,
+                  static_cast<double>(set.band.max_modes), set.band.counted_from,
+                  options.solve.tolerance, options.solve.estimate_errors ? 1.0 : 0.0,
+                  options.pitch_cents, options.cell});
+  hash.add(std::span<const double>(numbers));
+  return hash.hex();
+}
+
+solvers::modes::Modes solve_set(const solvers::mesh::GeneratedShape& shape,
+                                const solvers::mesh::Meridian& meridian,
+                                const solvers::basis::ModeRequest& set,
+                                const TurnedOptions& options, const std::filesystem::path& cache,
+                                core::Trace& trace) {
+  const std::string key = cache.empty() ? "" : key_of(shape, set, options);
+  if (!cache.empty())
+    if (auto modes = solvers::eigen::load_modes(cache, key, MPI_COMM_SELF, trace)) return *modes;
+  solvers::eigen::SolveOptions solve = options.solve;
+  solve.band = set.band;
+  const solvers::axisymmetric::AxisymmetricOptions cells{.cell = options.cell,
+                                                         .pitch_target = options.pitch_cents};
+  auto modes = solvers::axisymmetric::solve_axisymmetric(meridian, set.regions.front(), solve,
+                                                         cells, trace);
+  if (!cache.empty()) solvers::eigen::store_modes(cache, key, modes, MPI_COMM_SELF);
+  return modes;
+}
+
+/// What came of a pitch target.
+solvers::pitch::PitchReport report_of(const std::vector<solvers::modes::Modes>& sets,
+                                      double cents) {
+  solvers::pitch::PitchReport report;
+  report.asked_cents = cents;
+  for (const solvers::modes::Modes& modes : sets)
+    for (const double error : modes.pitch_errors)
+      report.reached_cents = std::max(report.reached_cents, error);
+  if (cents > 0 && !(report.reached_cents <= cents)) {
+    report.stopped_by = "no_progress";
+    report.reason = "smaller cells of a higher order gained less than half";
+  }
+  return report;
+}
+
+}  // namespace
+
+double longest_side_of_turned(const solvers::mesh::GeneratedShape& shape) {
+  const auto& family = solvers::families::find_family(shape.family);
+  return solvers::mesh::measure(family.meridian(shape)).longest_side();
+}
+
+solvers::pitch::PitchResult solve_turned(const solvers::mesh::GeneratedShape& shape,
+                                         std::span<const solvers::basis::ModeRequest> sets,
+                                         const TurnedOptions& options, MPI_Comm comm,
+                                         const std::filesystem::path& cache, core::Trace& trace) {
+  solvers::pitch::PitchResult result;
+  result.mesh.mesh.region_names = {"body"};
+  result.sets.resize(sets.size());
+  const auto ranks = static_cast<std::size_t>(mpi::size(comm));
+  const auto own = static_cast<std::size_t>(mpi::rank(comm));
+  mpi::agreed(comm, [&] {
+    const auto meridian = solvers::families::find_family(shape.family).meridian(shape);
+    for (std::size_t s = own; s < sets.size(); s += ranks)
+      result.sets[s] = solve_set(shape, meridian, sets[s], options, cache, trace);
+  });
+  for (std::size_t s = 0; s < sets.size(); ++s)
+    solvers::modes::broadcast(result.sets[s], comm, static_cast<int>(s % ranks));
+  result.report = report_of(result.sets, options.pitch_cents);
+  return result;
+}
+
+}  // namespace carillon::scene
