@@ -111,7 +111,8 @@ solvers::eigen::SolveOptions solve_options(const ObjectOptions& options) {
 void add_object_options(Command& command, ObjectOptions& options) {
   command
       .option("mesh", options.mesh,
-              "OBJ, OFF, PLY, STL or MSH file, or a generated shape such as "
+              "OBJ, OFF, PLY, STL or MSH file; an SVG drawing or a CSV table (radius,height) of a "
+              "profile that is turned about an axis; or a generated shape such as "
               "bowl:radius=60mm,wall=3mm (carillon list shapes)")
       .required();
   command
@@ -134,6 +135,11 @@ void add_object_options(Command& command, ObjectOptions& options) {
                  "longest side the object is scaled to, e.g. 0.12 m (default: as the file says)");
   command.option("--unit", options.unit, "of the file's coordinates: mm, cm, m or inch")
       .show_default("m");
+  command.option("--profile-axis", options.profile_axis,
+                 "of an SVG drawing: left or right of the outline, or x=NUMBER in its coordinates")
+      .show_default("x=0");
+  command.option("--profile-id", options.profile_id,
+                 "id of the drawing's outline, where it has several");
   command.option("--thickness", options.thickness, "wall given to open sheets, e.g. 2 mm");
   command.flag("--any-size", options.any_size, "let objects outside 1 mm to 10 m pass");
   command.option("--order", options.order, "order of the elements").range(1, 4).show_default("3");
@@ -192,7 +198,9 @@ void add_object_options(Command& command, ObjectOptions& options) {
 }
 
 scene::Object named_object(const ObjectOptions& options) {
-  scene::Object object = scene::parse_object(options.mesh, options.material);
+  const double length = positive_length(options.length, "--length");
+  scene::Object object = scene::parse_object(options.mesh, options.material,
+                                             {options.profile_axis, options.profile_id, length});
   object.file.any_size = options.any_size;
   if (!options.first_axis.empty() || !options.second_axis.empty()) {
     const auto axis = [](const std::string& text, const Vec3& otherwise) {
@@ -205,11 +213,13 @@ scene::Object named_object(const ObjectOptions& options) {
   }
   if (object.family.empty()) {
     refuse_idle(options);
-    object.file.length = positive_length(options.length, "--length");
+    object.file.length = length;
     if (!options.unit.empty()) object.file.unit = core::parse_unit_of_length(options.unit);
     object.file.thickness = positive_length(options.thickness, "--thickness");
-  } else {
+  } else if (object.profile_file.empty()) {
     refuse_idle(options, object.family);
+  } else {
+    object.file.length = length;
   }
   return object;
 }

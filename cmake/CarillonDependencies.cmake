@@ -14,6 +14,7 @@ find_package(nlohmann_json REQUIRED)
 find_package(OpenSSL REQUIRED COMPONENTS Crypto)
 find_package(PNG REQUIRED)
 find_package(CGAL REQUIRED)
+find_package(pugixml REQUIRED)
 find_package(hwy REQUIRED)
 
 include(CarillonPetsc)

@@ -5,6 +5,7 @@
 
 #include <filesystem>
 
+#include "core/csv.hpp"
 #include "core/error.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
@@ -23,12 +24,57 @@ using core::Range;
 
 namespace {
 
+/// Points of a profile: columns `radius` and `height`, lengths with or without a unit.
+std::vector<std::array<double, 2>> profile_from_csv(const std::string& path) {
+  const core::CsvTable table = core::read_csv(path, '#');
+  const auto radius = table.column("radius"), height = table.column("height");
+  if (!radius || !height)
+    throw InputError(fmt::format("{} has no columns radius and height", path),
+                     "its first line names them: radius,height");
+  std::vector<std::array<double, 2>> points;
+  for (const core::CsvRow& row : table.rows) {
+    const auto length = [&row](std::size_t column) {
+      if (column >= row.cells.size()) throw InputError(fmt::format("{}: a cell is missing", row.place));
+      try {
+        return core::parse_quantity(row.cells[column], Dimension::length);
+      } catch (const InputError& error) {
+        throw InputError(fmt::format("{}: {}", row.place, error.message()), error.hint());
+      }
+    };
+    points.push_back({length(*radius), length(*height)});
+  }
+  return points;
+}
+
+bool is_profile(const std::string& path) {
+  const std::string ending = std::filesystem::path(path).extension().string();
+  return ending == ".svg" || ending == ".SVG" || ending == ".csv" || ending == ".CSV";
+}
+
+std::vector<std::array<double, 2>> profile_from(const std::string& path,
+                                                const ProfileOptions& options, double length) {
+  const std::string ending = std::filesystem::path(path).extension().string();
+  if (ending == ".csv" || ending == ".CSV") return profile_from_csv(path);
+  solvers::families::SvgProfileOptions svg;
+  // Where the body is scaled as a whole any height will do.
+  svg.height = options.height > 0 ? options.height : length;
+  if (!options.axis.empty()) svg.axis = options.axis;
+  svg.id = options.outline;
+  return solvers::families::profile_from_svg(path, svg);
+}
+
 void read_profile(ConfigNode& node, const std::string& file_name, Object& object) {
-  if (node.has("svg")) {
-    object.svg = path_beside(file_name, node.text("svg"));
-    const double height = node.quantity("svg_height", Dimension::length);
-    at_key(node, "svg",
-           [&] { object.profile = solvers::families::profile_from_svg(object.svg, height); });
+  for (const char* key : {"svg", "csv"}) {
+    if (!node.has(key)) continue;
+    object.profile_file = path_beside(file_name, node.text(key));
+    ProfileOptions options;
+    if (std::string_view(key) == "svg") {
+      options.height = node.not_negative("svg_height", Dimension::length, 0);
+      options.axis = node.text("svg_axis", "x=0");
+      options.outline = node.text("svg_id", "");
+    }
+    const double length = node.not_negative("length", Dimension::length, 0);
+    at_key(node, key, [&] { object.profile = profile_from(object.profile_file, options, length); });
     return;
   }
   for (ConfigNode& point : node.children("profile")) {
@@ -145,9 +191,15 @@ Object read_object(ConfigNode& node, const std::vector<std::string>& shared_mate
   return object;
 }
 
-Object parse_object(const std::string& shape, const std::string& material) {
+Object parse_object(const std::string& shape, const std::string& material,
+                    const ProfileOptions& profile) {
   Object object;
-  if (std::filesystem::exists(shape)) {
+  if (is_profile(shape) && std::filesystem::exists(shape)) {
+    object.name = std::filesystem::path(shape).stem().string();
+    object.family = "turned";
+    object.profile_file = shape;
+    object.profile = profile_from(shape, profile, 0);
+  } else if (std::filesystem::exists(shape)) {
     object.pattern = shape;
   } else {
     const auto colon = shape.find(':');
@@ -180,6 +232,7 @@ solvers::mesh::MeshRequest mesh_request(const Object& object) {
     request.shape.parameters[name] = 0.5 * (range.low + range.high);
   }
   solvers::families::find_family(object.family).check(request.shape);
+  if (object.file.length > 0) solvers::families::scale_to(request.shape, object.file.length);
   return request;
 }
 

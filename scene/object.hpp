@@ -17,6 +17,13 @@ struct ModelNet {
   int per_class = 0;                 ///< at most so many of train and test together; 0: all
 };
 
+/// How a file's profile is read.
+struct ProfileOptions {
+  std::string axis;     ///< of an SVG drawing: left, right or x=NUMBER; "": x=0
+  std::string outline;  ///< the id of its outline; "": the only one
+  double height = 0;    ///< [m]; 0: as the file says
+};
+
 /// What is struck: a family of generated objects or files that match a pattern, and what they are
 /// made of.
 struct Object {
@@ -24,7 +31,7 @@ struct Object {
   std::string family;  ///< "" for files
   std::map<std::string, core::Range> parameters;  ///< [m], every parameter of the family
   std::vector<std::array<double, 2>> profile;     ///< of the family "turned" [m]
-  std::string svg;                                ///< path of the profile's file; "" for none
+  std::string profile_file;                       ///< path of the profile's SVG or CSV; "" for none
   std::string pattern;                            ///< path of a mesh file, or a glob of several
   std::optional<ModelNet> modelnet;               ///< they lie in its folders
   /// Options of those files; length and any_size count for families too.
@@ -50,12 +57,14 @@ Object read_object(core::ConfigNode& node, const std::vector<std::string>& share
 Object read_shape(core::ConfigNode& node, const std::string& file_name);
 
 /// The object that a command line names.
-/// @param shape     a file, or a family with some of its parameters: `bowl:radius=60mm,wall=3mm`
+/// @param shape     a file (SVG and CSV: a profile that is turned), or a family with some of its
+///                  parameters: `bowl:radius=60mm,wall=3mm`
 /// @param material  `steel`, `youngs_modulus=7.2e10,...`, by physical group
 ///                  `shell=steel,core=wood`, or "" for none
 /// @throws InputError  unknown family or parameter, malformed value
 /// @throws FileError   no such file
-Object parse_object(const std::string& shape, const std::string& material);
+Object parse_object(const std::string& shape, const std::string& material,
+                    const ProfileOptions& profile = {});
 
 /// Its one object: the file, or the shape with each parameter in the middle of its range.
 /// @throws InputError  the parameters contradict each other

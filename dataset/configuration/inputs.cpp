@@ -14,7 +14,7 @@ std::vector<InputFile> input_files(const BuildConfig& config) {
   add("materials_file", config.materials_file);
   add("strikes.csv", config.scene.strikes.csv);
   for (std::size_t i = 0; i < config.objects.size(); ++i) {
-    add(fmt::format("objects[{}].svg", i), config.objects[i].object.svg);
+    add(fmt::format("objects[{}].profile", i), config.objects[i].object.profile_file);
   }
   if (config.motion) {
     const scene::motion::MotionConfig& motion = *config.motion;

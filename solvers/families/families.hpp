@@ -55,9 +55,19 @@ void scale_to(mesh::GeneratedShape& shape, double length);
 /// Tetrahedra of a shape of any family; in carillon_mesher.
 mesh::MeshResult mesh_family(const mesh::GeneratedShape& shape, const mesh::MeshOptions& options);
 
-/// Profile of the first path of an SVG file as a closed polygon (radius, height): x is the radius,
-/// y (which points down in SVG) becomes height; scaled so that the tallest side is `height` [m].
-/// @throws InputError  no path, points left of the axis, or the outline crosses itself
-std::vector<std::array<double, 2>> profile_from_svg(const std::string& path, double height);
+/// How a drawing is read as a profile.
+struct SvgProfileOptions {
+  double height = 0;         ///< of the profile [m]; 0: the drawing's size on paper
+  std::string axis = "x=0";  ///< left, right (of the outline), or x=NUMBER in its coordinates
+  std::string id;            ///< of the outline; "": the only one that encloses an area
+};
+
+/// Profile of an SVG drawing (svg_outlines.hpp) as a closed polygon (radius, height): x is the
+/// radius, y (which points down in SVG) becomes height, from 0. An outline left of its axis is
+/// turned over.
+/// @throws InputError  no outline or several, one that lies across the axis or crosses itself, no
+///                     size
+std::vector<std::array<double, 2>> profile_from_svg(const std::string& path,
+                                                    const SvgProfileOptions& options);
 
 }  // namespace carillon::solvers::families

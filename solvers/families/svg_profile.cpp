@@ -1,115 +1,21 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 
 #include "core/error.hpp"
 #include "core/files.hpp"
-#include "solvers/families/detail/svg_path.hpp"
+#include "core/units.hpp"
+#include "core/vectors.hpp"
+#include "solvers/families/detail/svg_outlines.hpp"
 #include "solvers/families/families.hpp"
 #include "solvers/families/outline.hpp"
 
 namespace carillon::solvers::families {
 namespace {
-
-bool is_space(char c) {
-  return c == ' ' || c == '\t' || c == '\n' || c == '\r';
-}
-
-/// One tag of an XML file: `<name key="value" ...>`.
-struct Tag {
-  std::string name;  ///< with a leading / for an end tag
-  std::map<std::string, std::string> attributes;
-  bool empty = false;  ///< ends in />
-};
-
-/// Walks through the tags of an XML file; comments, declarations and text are skipped. Enough for
-/// drawings, where no entity can stand inside path data.
-class TagReader {
- public:
-  explicit TagReader(const std::string& text) : text_(text) {}
-
-  bool next(Tag& tag) {
-    for (;;) {
-      at_ = text_.find('<', at_);
-      if (at_ == std::string::npos) return false;
-      if (skip("<!--", "-->") || skip("<![CDATA[", "]]>") || skip("<?", "?>") || skip("<!", ">"))
-        continue;
-      ++at_;
-      tag = {};
-      while (at_ < text_.size() && !is_space(text_[at_]) && text_[at_] != '>' &&
-             (text_[at_] != '/' || tag.name.empty()))
-        tag.name += text_[at_++];
-      while (read_attribute(tag)) {
-      }
-      return true;
-    }
-  }
-
- private:
-  bool skip(const std::string& opening, const std::string& closing) {
-    if (text_.compare(at_, opening.size(), opening) != 0) return false;
-    const auto end = text_.find(closing, at_ + opening.size());
-    at_ = end == std::string::npos ? text_.size() : end + closing.size();
-    return true;
-  }
-
-  /// False at the end of the tag.
-  bool read_attribute(Tag& tag) {
-    while (at_ < text_.size() && (is_space(text_[at_]) || text_[at_] == '/')) {
-      tag.empty = text_[at_] == '/';
-      ++at_;
-    }
-    if (at_ >= text_.size()) return false;
-    if (text_[at_] == '>') {
-      ++at_;
-      return false;
-    }
-    std::string key;
-    while (at_ < text_.size() && text_[at_] != '=' && text_[at_] != '>' && !is_space(text_[at_]))
-      key += text_[at_++];
-    while (at_ < text_.size() && is_space(text_[at_])) ++at_;
-    if (at_ >= text_.size() || text_[at_] != '=') return at_ < text_.size();
-    ++at_;
-    while (at_ < text_.size() && is_space(text_[at_])) ++at_;
-    if (at_ >= text_.size() || (text_[at_] != '"' && text_[at_] != '\'')) return false;
-    const char quote = text_[at_++];
-    const auto end = text_.find(quote, at_);
-    if (end == std::string::npos) {
-      at_ = text_.size();
-      return false;
-    }
-    tag.attributes[key] = text_.substr(at_, end - at_);
-    at_ = end + 1;
-    return true;
-  }
-
-  const std::string& text_;
-  std::size_t at_ = 0;
-};
-
-/// Path data of the first path; refuses a path that a transformation moves.
-std::string first_path(const std::string& text, const std::string& file) {
-  TagReader reader(text);
-  Tag tag;
-  std::vector<bool> moved;  // one for each open group
-  while (reader.next(tag)) {
-    const bool transformed = tag.attributes.count("transform") > 0;
-    if (tag.name == "path" && tag.attributes.count("d") > 0) {
-      if (transformed || std::find(moved.begin(), moved.end(), true) != moved.end())
-        throw core::InputError(file + ": the path is moved by a transform attribute",
-                               "apply the transformation in the drawing program first");
-      return tag.attributes["d"];
-    }
-    if (tag.name == "g" && !tag.empty) moved.push_back(transformed);
-    if (tag.name == "/g" && !moved.empty()) moved.pop_back();
-  }
-  throw core::InputError(file + ": no path in this SVG file",
-                         "draw the half section as one path (outlines of other kinds can be "
-                         "converted to a path)");
-}
 
 std::array<double, 2> point_of(const PathCurve& curve, double t) {
   const double s = 1 - t;
@@ -136,33 +42,20 @@ double steps_of(const PathCurve& curve, double tolerance) {
   return std::max(1.0, std::ceil(std::sqrt(second / (8 * tolerance))));
 }
 
-}  // namespace
-
-std::vector<std::array<double, 2>> profile_from_svg(const std::string& path, double height) {
-  if (!(height > 0) || !std::isfinite(height))
-    throw core::InputError(fmt::format("the height of a profile must be positive, not {}", height));
-  std::vector<PathCurve> curves;
-  try {
-    curves = parse_svg_path(first_path(core::read_file(path), path));
-  } catch (const core::InputError& error) {
-    if (error.message().rfind(path, 0) == 0) throw;
-    throw core::InputError(path + ": " + error.message(), error.hint());
-  }
+ProfilePolygon flattened(const SvgOutline& outline) {
   double low = std::numeric_limits<double>::infinity(), high = -low;
-  for (const auto& curve : curves)
+  for (const auto& curve : outline.curves)
     for (int k = 0; k <= 64; ++k) {
       const double y = point_of(curve, k / 64.0)[1];
       low = std::min(low, y);
       high = std::max(high, y);
     }
-  if (!(high > low)) throw core::InputError(path + ": the path has no height");
-
   ProfilePolygon polygon;
-  for (const auto& curve : curves) {
+  for (const auto& curve : outline.curves) {
     const double steps = steps_of(curve, 1e-4 * (high - low));
     if (!(static_cast<double>(polygon.size()) + steps <= max_points))
       throw core::InputError(
-          path +
+          outline.name +
               ": an outline that is true to a ten thousandth of its height has more than 10000 "
               "points",
           "draw the half section alone, as one outline with few curves, none far wider than it is "
@@ -172,14 +65,94 @@ std::vector<std::array<double, 2>> profile_from_svg(const std::string& path, dou
       polygon.push_back({p[0], -p[1]});
     }
   }
-  double bottom = std::numeric_limits<double>::infinity(), top = -bottom;
-  for (const auto& p : polygon) {
-    bottom = std::min(bottom, p[1]);
-    top = std::max(top, p[1]);
+  return polygon;
+}
+
+Vec2 size_of(const ProfilePolygon& polygon) {
+  Eigen::AlignedBox2d box;
+  for (const auto& p : polygon) box.extend(Vec2(p[0], p[1]));
+  return box.isEmpty() ? Vec2(0, 0) : Vec2(box.sizes());
+}
+
+/// The one outline of a drawing that encloses an area, or the one that is named.
+ProfilePolygon chosen_outline(const SvgDrawing& drawing, const std::string& id) {
+  std::vector<ProfilePolygon> solid;
+  std::vector<std::string> names, ids;
+  for (const SvgOutline& outline : drawing.outlines) {
+    if (!outline.id.empty()) ids.push_back(outline.id);
+    if (!id.empty() && outline.id != id) continue;
+    ProfilePolygon polygon = flattened(outline);
+    const Vec2 size = size_of(polygon);
+    if (!(std::abs(polygon_area(polygon)) > 1e-9 * size.squaredNorm())) continue;
+    solid.push_back(std::move(polygon));
+    names.push_back(outline.name);
   }
-  const double scale = height / (top - bottom);
-  for (auto& p : polygon) p = {p[0] * scale, (p[1] - bottom) * scale};
-  return checked_profile(polygon, path);
+  if (solid.size() == 1) return std::move(solid.front());
+  if (!solid.empty())
+    throw core::InputError(fmt::format("it has {} outlines: {}", solid.size(), fmt::join(names, ", ")),
+                           "a profile is one of them: name it (svg_id), or leave the others out");
+  if (!id.empty())
+    throw core::InputError(fmt::format("it has no outline \"{}\" with an area", id),
+                           ids.empty() ? std::string() : fmt::format("it has {}", fmt::join(ids, ", ")));
+  throw core::InputError("no outline in it encloses an area",
+                         "draw the half section as one closed outline, walls included");
+}
+
+/// Radii from where the axis is, on whichever side of it the outline lies.
+void put_on_axis(const std::string& axis, ProfilePolygon& polygon) {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const auto& p : polygon) {
+    low = std::min(low, p[0]);
+    high = std::max(high, p[0]);
+  }
+  double at = 0;
+  if (axis == "left") {
+    at = low;
+  } else if (axis == "right") {
+    at = high;
+  } else if (axis.rfind("x=", 0) == 0) {
+    at = core::parse_quantity(axis.substr(2), core::Dimension::none);
+  } else {
+    throw core::InputError(fmt::format("\"{}\" is no axis", axis),
+                           "left, right, or x=NUMBER in the drawing's coordinates");
+  }
+  const double slack = 1e-6 * (high - low);
+  const bool is_left = high <= at + slack && low < at - slack;
+  if (!is_left && low < at - slack)
+    throw core::InputError(
+        fmt::format("the outline reaches from {:.6g} to {:.6g} across the axis at x = {:.6g}", low,
+                    high, at),
+        "draw half of the section, or say where the axis is (svg_axis: left)");
+  for (auto& p : polygon) p[0] = is_left ? at - p[0] : p[0] - at;
+}
+
+}  // namespace
+
+std::vector<std::array<double, 2>> profile_from_svg(const std::string& path,
+                                                    const SvgProfileOptions& options) {
+  if (!(options.height >= 0) || !std::isfinite(options.height))
+    throw core::InputError(
+        fmt::format("the height of a profile must be positive, not {}", options.height));
+  const std::string text = core::read_file(path);
+  try {
+    const SvgDrawing drawing = read_svg(text);
+    ProfilePolygon polygon = chosen_outline(drawing, options.id);
+    put_on_axis(options.axis, polygon);
+    const double tall = size_of(polygon).y();
+    if (!(tall > 0)) throw core::InputError("the outline has no height");
+    double scale = drawing.unit;
+    if (options.height > 0) scale = options.height / tall;
+    if (!(scale > 0))
+      throw core::InputError("the drawing has no size on paper (width and height in mm, cm or in)",
+                             "say how large it is");
+    double bottom = std::numeric_limits<double>::infinity();
+    for (const auto& p : polygon) bottom = std::min(bottom, p[1]);
+    for (auto& p : polygon) p = {p[0] * scale, (p[1] - bottom) * scale};
+    return checked_profile(polygon, path);
+  } catch (const core::InputError& error) {
+    if (error.message().rfind(path, 0) == 0) throw;
+    throw core::InputError(path + ": " + error.message(), error.hint());
+  }
 }
 
 }  // namespace carillon::solvers::families

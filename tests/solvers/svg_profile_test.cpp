@@ -22,7 +22,25 @@ solvers::families::ProfilePolygon profile_of(const std::string& path_data, doubl
   return solvers::families::profile_from_svg(
       written(folder, "profile.svg",
               "<svg xmlns=\"http://www.w3.org/2000/svg\"><path d=\"" + path_data + "\"/></svg>"),
-      height);
+      {.height = height});
+}
+
+/// The profile of a drawing.
+solvers::families::ProfilePolygon drawn(const std::string& elements,
+                                        const solvers::families::SvgProfileOptions& options = {},
+                                        const std::string& attributes = "") {
+  const core::TemporaryFolder folder;
+  return solvers::families::profile_from_svg(
+      written(folder, "drawing.svg",
+              "<?xml version='1.0'?><svg xmlns='http://www.w3.org/2000/svg' "
+              "xmlns:xlink='http://www.w3.org/1999/xlink' " +
+                  attributes + ">" + elements + "</svg>"),
+      options);
+}
+
+double area_drawn(const std::string& elements,
+                  const solvers::families::SvgProfileOptions& options = {.height = 1}) {
+  return solvers::families::polygon_area(drawn(elements, options));
 }
 
 /// End of the last curve, before the line that closes the outline.
@@ -97,47 +115,111 @@ TEST(SvgPath, ArcsFollowTheirFlags) {
   EXPECT_NEAR(end_of("M0 0A1 1 0 0 1 10 0")[0], 10, 1e-12);
 }
 
-TEST(SvgProfile, FindsTheFirstPathWhateverStandsAround) {
-  const core::TemporaryFolder folder;
-  const auto file =
-      written(folder, "a.svg",
-              "<?xml version='1.0'?><!DOCTYPE svg><!-- <path d=\"M9 9\"/> -->\n"
-              "<svg width=\"50%\"><g transform=\"scale(2)\"><rect/></g>\n"
-              "<g id='x'><path\n style='fill:none' id=\"pd\" d='M0 0 H10 V10 H0 z' /></g>"
-              "<path d='M1 1'/></svg>");
-  EXPECT_NEAR(solvers::families::polygon_area(solvers::families::profile_from_svg(file, 0.1)), 0.01,
-              1e-15);
+TEST(SvgProfile, EveryShapeOfADrawing) {
+  // Areas over the square of the height.
+  EXPECT_NEAR(area_drawn("<rect x='2' y='3' width='4' height='8'/>"), 0.5, 1e-12);
+  EXPECT_NEAR(area_drawn("<circle cx='7' cy='5' r='4'/>"), pi / 4, 3e-4);
+  EXPECT_NEAR(area_drawn("<ellipse cx='7' cy='5' rx='2' ry='4'/>"), pi / 8, 3e-4);
+  EXPECT_NEAR(area_drawn("<polygon points='0,0 6,0 6,12'/>"), 0.25, 1e-12);
+  EXPECT_NEAR(area_drawn("<polyline points='0 0 6 0 6 12'/>"), 0.25, 1e-12);
+  EXPECT_NEAR(area_drawn("<rect width='10' height='20' rx='2'/>"), (200 - (4 - pi) * 4) / 400, 3e-4);
+}
+
+TEST(SvgProfile, DrawingsAsEditorsWriteThem) {
+  // Half as wide as tall.
+  for (const std::string& elements :
+       {std::string("<defs><path d='M0 0H9V9z'/></defs><g id='layer1' "
+                    "transform='translate(-30,-40) scale(2 3)'><g transform='matrix(.5 0 0 .5 0 0)'>"
+                    "<path style='fill:none' d='m 30 80 h 7.5 v 10 h -7.5 z'/></g></g>"),
+        std::string("<path transform='rotate(90)' d='M0 0 H10 V-5 H0 z'/>"),
+        std::string("<symbol id='s'><rect width='5' height='10'/></symbol><use href='#s' x='3'/>"),
+        std::string("<g display='none'><rect width='9' height='9'/></g><rect id='r' width='5' "
+                    "height='10'/><path d='M1 1 H9'/>"),
+        std::string("<g><!-- <path d='M9 9'/> --><a><switch><rect width='5mm' height='10mm'/>"
+                    "</switch></a></g><text>glass</text>"),
+        std::string("<clipPath><rect width='3' height='3'/></clipPath><rect id='a' width='5' "
+                    "height='10' style='display : inline'/>")}) {
+    EXPECT_NEAR(area_drawn(elements), 0.5, 1e-9) << elements;
+  }
+}
+
+TEST(SvgProfile, SizeOnPaper) {
+  const std::string rect = "<rect width='20' height='40'/>";
+  const auto tall = [&](const std::string& attributes) {
+    double top = 0;
+    for (const auto& p : drawn(rect, {}, attributes)) top = std::max(top, p[1]);
+    return top;
+  };
+  EXPECT_NEAR(tall("width='210mm' height='297mm' viewBox='0 0 210 297'"), 0.04, 1e-12);
+  EXPECT_NEAR(tall("width='10cm' height='5cm' viewBox='0 0 1000 500'"), 0.004, 1e-12);
+  EXPECT_NEAR(tall("width='1in' height='1in'"), 40 * 0.0254 / 96, 1e-12);
+  for (const char* none : {"", "width='100' height='50'", "width='100%'", "width='90px'"})
+    EXPECT_NE(message_of<core::InputError>([&] { drawn(rect, {}, none); }).find("no size on paper"),
+              std::string::npos)
+        << none;
+}
+
+TEST(SvgProfile, TheAxisIsWhereItIsSaidToBe) {
+  const std::string rect = "<rect x='30' y='0' width='5' height='10'/>";
+  const auto widest = [&](const std::string& axis) {
+    double low = 1e9, high = 0;
+    for (const auto& p : drawn(rect, {.height = 10, .axis = axis})) {
+      low = std::min(low, p[0]);
+      high = std::max(high, p[0]);
+    }
+    return std::pair(low, high);
+  };
+  EXPECT_NEAR(widest("x=0").first, 30, 1e-12);
+  EXPECT_EQ(widest("left").first, 0);
+  EXPECT_NEAR(widest("left").second, 5, 1e-12);
+  EXPECT_EQ(widest("right").first, 0);
+  EXPECT_NEAR(widest("x=40").first, 5, 1e-12);  // drawn on the left of it
+  EXPECT_NEAR(widest("x=40").second, 10, 1e-12);
+  EXPECT_NE(message_of<core::InputError>([&] { widest("x=32"); }).find("across the axis"),
+            std::string::npos);
+  EXPECT_NE(message_of<core::InputError>([&] { widest("middle"); }).find("is no axis"),
+            std::string::npos);
+}
+
+TEST(SvgProfile, SeveralOutlinesAskForAName) {
+  const std::string two = "<rect id='page' width='50' height='50'/><rect id='cup' width='5' height='10'/>";
+  const std::string message = message_of<core::InputError>([&] { area_drawn(two); });
+  EXPECT_NE(message.find("rect \"page\", rect \"cup\""), std::string::npos) << message;
+  EXPECT_NEAR(area_drawn(two, {.height = 1, .id = "cup"}), 0.5, 1e-12);
+  EXPECT_NE(message_of<core::InputError>([&] { area_drawn(two, {.height = 1, .id = "mug"}); })
+                .find("page, cup"),
+            std::string::npos);
 }
 
 TEST(SvgProfile, WhatCannotBeTurnedIsRefused) {
   const auto reason = [](const std::string& data) {
     return message_of<core::InputError>([&] { profile_of(data, 0.1); });
   };
-  EXPECT_NE(reason("M-10 0 H10 V10 H-10 Z").find("left of the axis"), std::string::npos);
+  EXPECT_NE(reason("M-10 0 H10 V10 H-10 Z").find("across the axis"), std::string::npos);
   EXPECT_NE(reason("M0 0 L10 10 L10 0 L0 10 Z").find("crosses"), std::string::npos);
   EXPECT_NE(reason("M0 0 L10 0 L10 10 Z M1 1 L2 2").find("one outline"), std::string::npos);
   EXPECT_NE(reason("M0 0 L10 banana").find("character 10"), std::string::npos);
   EXPECT_NE(reason("L10 10").find("M, which begins"), std::string::npos);
-  EXPECT_NE(reason("").find("a path"), std::string::npos);
+  EXPECT_NE(reason("").find("no outline"), std::string::npos);
   EXPECT_NE(reason("M0 0 A10 10 0 2 0 1 1").find("flag"), std::string::npos);
-  EXPECT_NE(reason("M0 0 H10 H0 Z").find("no height"), std::string::npos);
+  EXPECT_NE(reason("M0 0 H10 H0 Z").find("no outline"), std::string::npos);
   EXPECT_NE(reason("M0 0 A1e200 1e200 0 0 0 10 10 V20 H0 Z").find("squared"), std::string::npos);
   EXPECT_NE(reason("M0 0 C1e30 0 1e30 10 0 10 Z").find("10000 points"), std::string::npos);
   const core::TemporaryFolder folder;
-  const auto moved =
-      written(folder, "m.svg", "<svg><g transform='scale(2)'><path d='M0 0H1V1H0z'/></g></svg>");
+  for (const char* drawing : {"<svg><rect/></svg>", "<svg/>", "<html/>", "", "<svg", "<svg><path",
+                              "<svg><rect width='1' height='2' transform='turn(3)'/></svg>",
+                              "<svg><rect width='1em' height='2'/></svg>",
+                              "<svg><g id='a'><use href='#a'/></g></svg>"})
+    EXPECT_THROW(
+        solvers::families::profile_from_svg(written(folder, "n.svg", drawing), {.height = 1}),
+        core::InputError)
+        << drawing;
   EXPECT_NE(message_of<core::InputError>([&] {
-              solvers::families::profile_from_svg(moved, 1);
-            }).find("transform"),
+              drawn("<g><rect id='a' width='1em' height='2'/></g>", {.height = 1});
+            }).find("the drawing's rect \"a\": \"1em\" is no length"),
             std::string::npos);
-  const auto none = written(folder, "n.svg", "<svg><rect/></svg>");
-  EXPECT_NE(message_of<core::InputError>([&] {
-              solvers::families::profile_from_svg(none, 1);
-            }).find("no path"),
-            std::string::npos);
-  EXPECT_THROW(solvers::families::profile_from_svg(folder.path() / "missing.svg", 1),
+  EXPECT_THROW(solvers::families::profile_from_svg(folder.path() / "missing.svg", {.height = 1}),
                core::FileError);
-  EXPECT_THROW(solvers::families::profile_from_svg(none, 0), core::InputError);
 }
 
 TEST(SvgProfile, DamagedFilesEndInAnErrorOrAProfile) {
@@ -149,7 +231,7 @@ TEST(SvgProfile, DamagedFilesEndInAnErrorOrAProfile) {
   for (int i = 0; i < 400; ++i) {
     const auto file = written(folder, "damaged.svg", damaged(good, random));
     try {
-      EXPECT_GE(solvers::families::profile_from_svg(file, 0.1).size(), 3u);
+      EXPECT_GE(solvers::families::profile_from_svg(file, {.height = 0.1}).size(), 3u);
     } catch (const core::InputError& error) {
       EXPECT_FALSE(error.message().empty());
     }
