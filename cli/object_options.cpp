@@ -135,8 +135,9 @@ void add_object_options(Command& command, ObjectOptions& options) {
                  "longest side the object is scaled to, e.g. 0.12 m (default: as the file says)");
   command.option("--unit", options.unit, "of the file's coordinates: mm, cm, m or inch")
       .show_default("m");
-  command.option("--profile-axis", options.profile_axis,
-                 "of an SVG drawing: left or right of the outline, or x=NUMBER in its coordinates")
+  command
+      .option("--profile-axis", options.profile_axis,
+              "of an SVG drawing: left or right of the outline, or x=NUMBER in its coordinates")
       .show_default("x=0");
   command.option("--profile-id", options.profile_id,
                  "id of the drawing's outline, where it has several");
@@ -160,7 +161,8 @@ void add_object_options(Command& command, ObjectOptions& options) {
       .one_of({"automatic", "tetrahedra", "axisymmetric"})
       .show_default();
   command
-      .option("--eigen-solver", options.eigen_solver, "of tetrahedra: block_lanczos, or SLEPc's krylov_schur")
+      .option("--eigen-solver", options.eigen_solver,
+              "of tetrahedra: block_lanczos, or SLEPc's krylov_schur")
       .one_of({"block_lanczos", "krylov_schur"})
       .show_default("block_lanczos");
   command
@@ -197,7 +199,17 @@ void add_object_options(Command& command, ObjectOptions& options) {
       .show_default("200000");
 }
 
+/// Options of drawings.
+void refuse_idle_profile(const ObjectOptions& options) {
+  if (solvers::mesh::readers::mesh_extension(options.mesh) == ".svg") return;
+  const std::string why = fmt::format("{} is no SVG drawing", options.mesh);
+  refuse(!options.profile_axis.empty(), "--profile-axis", why,
+         "a table of a profile gives radii, and the axis is where they are 0");
+  refuse(!options.profile_id.empty(), "--profile-id", why, "leave it out");
+}
+
 scene::Object named_object(const ObjectOptions& options) {
+  refuse_idle_profile(options);
   const double length = positive_length(options.length, "--length");
   scene::Object object = scene::parse_object(options.mesh, options.material,
                                              {options.profile_axis, options.profile_id, length});

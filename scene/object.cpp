@@ -34,7 +34,8 @@ std::vector<std::array<double, 2>> profile_from_csv(const std::string& path) {
   std::vector<std::array<double, 2>> points;
   for (const core::CsvRow& row : table.rows) {
     const auto length = [&row](std::size_t column) {
-      if (column >= row.cells.size()) throw InputError(fmt::format("{}: a cell is missing", row.place));
+      if (column >= row.cells.size())
+        throw InputError(fmt::format("{}: a cell is missing", row.place));
       try {
         return core::parse_quantity(row.cells[column], Dimension::length);
       } catch (const InputError& error) {

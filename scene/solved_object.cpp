@@ -9,6 +9,7 @@
 #include "scene/pitch.hpp"
 #include "scene/turned_sets.hpp"
 #include "solvers/eigen/cached_modes.hpp"
+#include "solvers/families/families.hpp"
 #include "solvers/mesh/mesh_warnings.hpp"
 
 namespace carillon::scene {
@@ -102,13 +103,21 @@ void solve_about_axis(const ObjectRequest& request, MPI_Comm comm,
   check_size(longest_side_of_turned(request.mesh.shape), request.any_size);
   object.materials = assign_materials(request.materials, {"body"});
   const solvers::basis::ModeRequest set{elastic_of(object.materials), request.solve.band};
-  auto result = solve_turned(
-      request.mesh.shape, std::span(&set, 1),
-      {request.solve, request.pitch_cents, request.mesh.options.element_size}, comm, cache,
-      object.trace);
+  auto result =
+      solve_turned(request.mesh.shape, std::span(&set, 1),
+                   {request.solve, request.pitch_cents, request.mesh.options.element_size}, comm,
+                   cache, object.trace);
   object.mesh = std::move(result.mesh);
   object.modes = std::move(result.sets.front());
   if (request.pitch_cents > 0) object.pitch_target = std::move(result.report);
+}
+
+/// What a person should know before they use an object's modes.
+std::vector<std::string> warnings_of(const ObjectRequest& request, const SolvedObject& object) {
+  if (request.mesh.shape.family.empty())
+    return solvers::mesh::mesh_warnings(request.mesh.file, object.mesh, object.modes.mass);
+  std::string bore = solvers::families::bore_warning(request.mesh.shape);
+  return bore.empty() ? std::vector<std::string>() : std::vector{std::move(bore)};
 }
 
 }  // namespace
@@ -124,6 +133,7 @@ SolvedObject solve_object(const ObjectRequest& request, MPI_Comm comm,
   });
   if (object.solver.solver == ObjectSolver::axisymmetric) {
     solve_about_axis(request, comm, cache, object);
+    object.warnings = warnings_of(request, object);
     return object;
   }
   solvers::eigen::SolveOptions solve = request.solve;
@@ -155,9 +165,7 @@ SolvedObject solve_object(const ObjectRequest& request, MPI_Comm comm,
     }
     object.modes = std::move(solve_mesh(object.mesh).front());
   }
-  if (request.mesh.shape.family.empty())
-    object.warnings =
-        solvers::mesh::mesh_warnings(request.mesh.file, object.mesh, object.modes.mass);
+  object.warnings = warnings_of(request, object);
   return object;
 }
 

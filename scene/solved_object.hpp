@@ -25,7 +25,7 @@ struct ObjectRequest {
   bool any_size = false;  ///< lets an object outside 1 mm to 10 m pass
   SolverRequest solver;
   solvers::eigen::SolveOptions solve;
-  double pitch_cents = 0;              ///< refine until the worst mode is within it; 0: as it comes
+  double pitch_cents = 0;  ///< refine until the worst mode is within it; 0: as it comes
   std::int64_t max_unknowns = solvers::pitch::usual_max_unknowns;  ///< of refinements
 };
 

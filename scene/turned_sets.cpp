@@ -30,11 +30,10 @@ std::string key_of(const solvers::mesh::GeneratedShape& shape,
     hash.add(name).add(std::span<const double>(&value, 1));
   for (const auto& point : shape.profile) hash.add(std::span<const double>(point));
   std::vector<double> numbers = solvers::elements::identity_of(set.regions.front());
-  numbers.insert(numbers.end(),
-                 {set.band.min_frequency, set.band.max_frequency,
-                  static_cast<double>(set.band.max_modes), set.band.counted_from,
-                  options.solve.tolerance, options.solve.estimate_errors ? 1.0 : 0.0,
-                  options.pitch_cents, options.cell});
+  numbers.insert(numbers.end(), {set.band.min_frequency, set.band.max_frequency,
+                                 static_cast<double>(set.band.max_modes), set.band.counted_from,
+                                 options.solve.tolerance, options.solve.estimate_errors ? 1.0 : 0.0,
+                                 options.pitch_cents, options.cell});
   hash.add(std::span<const double>(numbers));
   return hash.hex();
 }
@@ -51,8 +50,8 @@ solvers::modes::Modes solve_set(const solvers::mesh::GeneratedShape& shape,
   solve.band = set.band;
   const solvers::axisymmetric::AxisymmetricOptions cells{.cell = options.cell,
                                                          .pitch_target = options.pitch_cents};
-  auto modes = solvers::axisymmetric::solve_axisymmetric(meridian, set.regions.front(), solve,
-                                                         cells, trace);
+  auto modes =
+      solvers::axisymmetric::solve_axisymmetric(meridian, set.regions.front(), solve, cells, trace);
   if (!cache.empty()) solvers::eigen::store_modes(cache, key, modes, MPI_COMM_SELF);
   return modes;
 }

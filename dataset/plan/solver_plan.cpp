@@ -36,7 +36,8 @@ SolverChoice shapes_of(scene::ObjectSolver solver, const BuildPlan& plan) {
     ++reasons[shape.solver.reason];
   }
   std::vector<std::string> texts;
-  for (const auto& [reason, shapes] : reasons) texts.push_back(fmt::format("{}: {}", shapes, reason));
+  for (const auto& [reason, shapes] : reasons)
+    texts.push_back(fmt::format("{}: {}", shapes, reason));
   return {std::string(scene::name_of(solver)), count,
           fmt::format("{} shape{}", count, count == 1 ? "" : "s"),
           fmt::format("{}", fmt::join(texts, "; "))};

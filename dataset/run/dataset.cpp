@@ -107,14 +107,14 @@ nlohmann::json describe_materials(const configuration::BuildConfig& config) {
 nlohmann::json describe_shapes(const plan::BuildPlan& plan, const nlohmann::json& pitch_targets) {
   nlohmann::json list = nlohmann::json::array();
   for (const plan::Shape& shape : plan.shapes) {
-    nlohmann::json entry = {{"id", shape.id},
-                            {"family", shape.family},
-                            {"object", shape.source},
-                            {"split_shape", shape.split_shape},
-                            {"request", solvers::mesh::to_json(shape.request)},
-                            {"solver",
-                             {{"name", scene::name_of(shape.solver.solver)},
-                              {"reason", shape.solver.reason}}}};
+    nlohmann::json entry = {
+        {"id", shape.id},
+        {"family", shape.family},
+        {"object", shape.source},
+        {"split_shape", shape.split_shape},
+        {"request", solvers::mesh::to_json(shape.request)},
+        {"solver",
+         {{"name", scene::name_of(shape.solver.solver)}, {"reason", shape.solver.reason}}}};
     if (!shape.path.empty()) {
       entry["sha256"] = shape.sha256;
       entry["signature"] = shape.signature;

@@ -13,6 +13,7 @@
 #include "scene/pitch.hpp"
 #include "scene/solved_object.hpp"
 #include "scene/turned_sets.hpp"
+#include "solvers/families/families.hpp"
 #include "solvers/mesh/mesh_warnings.hpp"
 #include "solvers/modes/modes_file.hpp"
 #include "synth/motion/convex_hull.hpp"
@@ -267,6 +268,8 @@ ModesTaskResult run_modes_task(const configuration::BuildConfig& config, const p
   }
   if (!shape.path.empty())
     result.warnings = solvers::mesh::mesh_warnings(request.file, made.mesh, modes.front().mass);
+  if (std::string bore = solvers::families::bore_warning(shape.request.shape); !bore.empty())
+    result.warnings.push_back(std::move(bore));
   if (config.pitch_cents > 0 && !made.report.met())
     result.warnings.push_back(fmt::format("{:.3g} cents instead of {:.3g}: {}",
                                           made.report.reached_cents, made.report.asked_cents,

@@ -46,8 +46,8 @@ struct ModesTaskResult {
   std::vector<std::string> warnings;
 };
 
-/// Meshes a shape where its solver asks for it, solves its mode sets and writes them with its voxels and picture to its modes
-/// file.
+/// Meshes a shape where its solver asks for it, solves its mode sets and writes them with its
+/// voxels and picture to its modes file.
 /// @note Collective on comm.
 ModesTaskResult run_modes_task(const configuration::BuildConfig& config, const plan::Shape& shape,
                                const BuildFolders& folders, MPI_Comm comm, core::Trace& trace);

@@ -52,6 +52,10 @@ mesh::ShapeExtent extent_of(const mesh::GeneratedShape& shape);
 /// @throws InputError  its parameters do not fit together
 void scale_to(mesh::GeneratedShape& shape, double length);
 
+/// What a person should know of a turned profile: one that keeps away from the axis by less than a
+/// twentieth of its radius leaves a bore that may be a slip. "" for all others.
+std::string bore_warning(const mesh::GeneratedShape& shape);
+
 /// Tetrahedra of a shape of any family; in carillon_mesher.
 mesh::MeshResult mesh_family(const mesh::GeneratedShape& shape, const mesh::MeshOptions& options);
 

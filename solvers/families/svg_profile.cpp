@@ -89,11 +89,13 @@ ProfilePolygon chosen_outline(const SvgDrawing& drawing, const std::string& id) 
   }
   if (solid.size() == 1) return std::move(solid.front());
   if (!solid.empty())
-    throw core::InputError(fmt::format("it has {} outlines: {}", solid.size(), fmt::join(names, ", ")),
-                           "a profile is one of them: name it (svg_id), or leave the others out");
+    throw core::InputError(
+        fmt::format("it has {} outlines: {}", solid.size(), fmt::join(names, ", ")),
+        "a profile is one of them: name it (svg_id), or leave the others out");
   if (!id.empty())
-    throw core::InputError(fmt::format("it has no outline \"{}\" with an area", id),
-                           ids.empty() ? std::string() : fmt::format("it has {}", fmt::join(ids, ", ")));
+    throw core::InputError(
+        fmt::format("it has no outline \"{}\" with an area", id),
+        ids.empty() ? std::string() : fmt::format("it has {}", fmt::join(ids, ", ")));
   throw core::InputError("no outline in it encloses an area",
                          "draw the half section as one closed outline, walls included");
 }

@@ -1,3 +1,9 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "solvers/families/families.hpp"
 #include "solvers/families/family.hpp"
 #include "solvers/families/polygon_meridian.hpp"
 
@@ -26,6 +32,22 @@ Family turned_family() {
           turned_meridian,
           nullptr,
           60};
+}
+
+std::string bore_warning(const mesh::GeneratedShape& shape) {
+  constexpr double usual_bore = 0.05;
+  if (shape.family != "turned" || shape.profile.empty()) return "";
+  double inner = std::numeric_limits<double>::infinity(), outer = 0;
+  for (const auto& point : shape.profile) {
+    inner = std::min(inner, point[0]);
+    outer = std::max(outer, point[0]);
+  }
+  if (!(inner > 0) || inner > usual_bore * outer) return "";
+  return fmt::format(
+      "the profile keeps {:.3g} mm away from its axis, which leaves a bore of {:.3g} mm through "
+      "the "
+      "body; if it is meant to be solid, let the outline run along the axis",
+      1e3 * inner, 2e3 * inner);
 }
 
 }  // namespace carillon::solvers::families

@@ -256,8 +256,8 @@ TEST(Plan, SolverIsShownWithItsReasons) {
 
 TEST(Plan, SolverIsChosenByTheShape) {
   const auto solvers = [](const std::string& objects, const std::string& more = "") {
-    const configuration::BuildConfig config = config_of(
-        "materials: [steel]\nobjects:\n" + objects + more);
+    const configuration::BuildConfig config =
+        config_of("materials: [steel]\nobjects:\n" + objects + more);
     std::vector<std::string> names;
     for (const plan::Shape& shape : plan::make_plan(config).shapes) {
       EXPECT_FALSE(shape.solver.reason.empty());
@@ -268,9 +268,9 @@ TEST(Plan, SolverIsChosenByTheShape) {
   using Names = std::vector<std::string>;
   const std::string both = "  - {shape: bowl}\n  - {shape: bar}\n";
   EXPECT_EQ(solvers(both), (Names{"axisymmetric", "tetrahedra"}));
-  for (const char* elements : {"modes: {order: 2}\n", "modes: {element_size: 8 mm}\n",
-                               "modes: {edge_layers: 0}\n", "solver: {kind: tetrahedra}\n",
-                               "solver: {eigen_solver: krylov_schur}\n"})
+  for (const char* elements :
+       {"modes: {order: 2}\n", "modes: {element_size: 8 mm}\n", "modes: {edge_layers: 0}\n",
+        "solver: {kind: tetrahedra}\n", "solver: {eigen_solver: krylov_schur}\n"})
     EXPECT_EQ(solvers(both, elements), (Names{"tetrahedra", "tetrahedra"})) << elements;
   // Bounds of tetrahedra do not ask for them.
   EXPECT_EQ(solvers(both, "solver: {max_unknowns: 50000}\n"),

@@ -122,15 +122,17 @@ TEST(SvgProfile, EveryShapeOfADrawing) {
   EXPECT_NEAR(area_drawn("<ellipse cx='7' cy='5' rx='2' ry='4'/>"), pi / 8, 3e-4);
   EXPECT_NEAR(area_drawn("<polygon points='0,0 6,0 6,12'/>"), 0.25, 1e-12);
   EXPECT_NEAR(area_drawn("<polyline points='0 0 6 0 6 12'/>"), 0.25, 1e-12);
-  EXPECT_NEAR(area_drawn("<rect width='10' height='20' rx='2'/>"), (200 - (4 - pi) * 4) / 400, 3e-4);
+  EXPECT_NEAR(area_drawn("<rect width='10' height='20' rx='2'/>"), (200 - (4 - pi) * 4) / 400,
+              3e-4);
 }
 
 TEST(SvgProfile, DrawingsAsEditorsWriteThem) {
   // Half as wide as tall.
   for (const std::string& elements :
-       {std::string("<defs><path d='M0 0H9V9z'/></defs><g id='layer1' "
-                    "transform='translate(-30,-40) scale(2 3)'><g transform='matrix(.5 0 0 .5 0 0)'>"
-                    "<path style='fill:none' d='m 30 80 h 7.5 v 10 h -7.5 z'/></g></g>"),
+       {std::string(
+            "<defs><path d='M0 0H9V9z'/></defs><g id='layer1' "
+            "transform='translate(-30,-40) scale(2 3)'><g transform='matrix(.5 0 0 .5 0 0)'>"
+            "<path style='fill:none' d='m 30 80 h 7.5 v 10 h -7.5 z'/></g></g>"),
         std::string("<path transform='rotate(90)' d='M0 0 H10 V-5 H0 z'/>"),
         std::string("<symbol id='s'><rect width='5' height='10'/></symbol><use href='#s' x='3'/>"),
         std::string("<g display='none'><rect width='9' height='9'/></g><rect id='r' width='5' "
@@ -182,12 +184,14 @@ TEST(SvgProfile, TheAxisIsWhereItIsSaidToBe) {
 }
 
 TEST(SvgProfile, SeveralOutlinesAskForAName) {
-  const std::string two = "<rect id='page' width='50' height='50'/><rect id='cup' width='5' height='10'/>";
+  const std::string two =
+      "<rect id='page' width='50' height='50'/><rect id='cup' width='5' height='10'/>";
   const std::string message = message_of<core::InputError>([&] { area_drawn(two); });
   EXPECT_NE(message.find("rect \"page\", rect \"cup\""), std::string::npos) << message;
   EXPECT_NEAR(area_drawn(two, {.height = 1, .id = "cup"}), 0.5, 1e-12);
-  EXPECT_NE(message_of<core::InputError>([&] { area_drawn(two, {.height = 1, .id = "mug"}); })
-                .find("page, cup"),
+  EXPECT_NE(message_of<core::InputError>([&] {
+              area_drawn(two, {.height = 1, .id = "mug"});
+            }).find("page, cup"),
             std::string::npos);
 }
 
@@ -206,10 +210,10 @@ TEST(SvgProfile, WhatCannotBeTurnedIsRefused) {
   EXPECT_NE(reason("M0 0 A1e200 1e200 0 0 0 10 10 V20 H0 Z").find("squared"), std::string::npos);
   EXPECT_NE(reason("M0 0 C1e30 0 1e30 10 0 10 Z").find("10000 points"), std::string::npos);
   const core::TemporaryFolder folder;
-  for (const char* drawing : {"<svg><rect/></svg>", "<svg/>", "<html/>", "", "<svg", "<svg><path",
-                              "<svg><rect width='1' height='2' transform='turn(3)'/></svg>",
-                              "<svg><rect width='1em' height='2'/></svg>",
-                              "<svg><g id='a'><use href='#a'/></g></svg>"})
+  for (const char* drawing :
+       {"<svg><rect/></svg>", "<svg/>", "<html/>", "", "<svg", "<svg><path",
+        "<svg><rect width='1' height='2' transform='turn(3)'/></svg>",
+        "<svg><rect width='1em' height='2'/></svg>", "<svg><g id='a'><use href='#a'/></g></svg>"})
     EXPECT_THROW(
         solvers::families::profile_from_svg(written(folder, "n.svg", drawing), {.height = 1}),
         core::InputError)
@@ -220,6 +224,16 @@ TEST(SvgProfile, WhatCannotBeTurnedIsRefused) {
             std::string::npos);
   EXPECT_THROW(solvers::families::profile_from_svg(folder.path() / "missing.svg", {.height = 1}),
                core::FileError);
+}
+
+TEST(SvgProfile, ABoreThatMayBeASlipIsTold) {
+  const auto warning = [](double inner) {
+    return solvers::families::bore_warning(
+        {"turned", {}, {{inner, 0}, {0.03, 0}, {0.03, 0.1}, {inner, 0.1}}});
+  };
+  EXPECT_EQ(warning(0), "");
+  EXPECT_NE(warning(0.0002).find("a bore of 0.4 mm"), std::string::npos) << warning(0.0002);
+  EXPECT_EQ(warning(0.01), "");
 }
 
 TEST(SvgProfile, DamagedFilesEndInAnErrorOrAProfile) {

@@ -136,10 +136,11 @@ std::string rect_path(const pugi::xml_node& node) {
   rx = std::clamp(rx, 0.0, w / 2);
   ry = std::clamp(ry, 0.0, h / 2);
   if (rx == 0 || ry == 0) return fmt::format("M{} {}h{}v{}h{}Z", x, y, w, h, -w);
-  return fmt::format("M{} {}h{}a{} {} 0 0 1 {} {}v{}a{} {} 0 0 1 {} {}h{}a{} {} 0 0 1 {} {}v{}a{} "
-                     "{} 0 0 1 {} {}Z",
-                     x + rx, y, w - 2 * rx, rx, ry, rx, ry, h - 2 * ry, rx, ry, -rx, ry,
-                     2 * rx - w, rx, ry, -rx, -ry, 2 * ry - h, rx, ry, rx, -ry);
+  return fmt::format(
+      "M{} {}h{}a{} {} 0 0 1 {} {}v{}a{} {} 0 0 1 {} {}h{}a{} {} 0 0 1 {} {}v{}a{} "
+      "{} 0 0 1 {} {}Z",
+      x + rx, y, w - 2 * rx, rx, ry, rx, ry, h - 2 * ry, rx, ry, -rx, ry, 2 * rx - w, rx, ry, -rx,
+      -ry, 2 * ry - h, rx, ry, rx, -ry);
 }
 
 /// The outline of an element as path data; "" for one that has none.
@@ -264,8 +265,8 @@ SvgDrawing read_svg(const std::string& text) {
   pugi::xml_document document;
   const pugi::xml_parse_result result = document.load_buffer(text.data(), text.size());
   if (!result)
-    throw core::InputError(fmt::format("no XML: {} at byte {}", result.description(),
-                                       result.offset));
+    throw core::InputError(
+        fmt::format("no XML: {} at byte {}", result.description(), result.offset));
   for (const pugi::xml_node& node : document.children())
     if (local_name(node) == "svg") return Reader(node).read();
   throw core::InputError("there is no drawing (element svg) in it");
