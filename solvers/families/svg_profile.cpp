@@ -74,6 +74,23 @@ Vec2 size_of(const ProfilePolygon& polygon) {
   return box.isEmpty() ? Vec2(0, 0) : Vec2(box.sizes());
 }
 
+/// Whether all points lie on one line. One that crosses itself can have no area and is none.
+bool is_straight(const ProfilePolygon& polygon) {
+  if (polygon.empty()) return true;
+  const auto from_first = [&polygon](std::size_t i) {
+    return Vec2(polygon[i][0] - polygon[0][0], polygon[i][1] - polygon[0][1]);
+  };
+  Vec2 farthest(0, 0);
+  for (std::size_t i = 0; i < polygon.size(); ++i)
+    if (from_first(i).squaredNorm() > farthest.squaredNorm()) farthest = from_first(i);
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const Vec2 p = from_first(i);
+    if (std::abs(farthest.x() * p.y() - farthest.y() * p.x()) > 1e-9 * farthest.squaredNorm())
+      return false;
+  }
+  return true;
+}
+
 /// The one outline of a drawing that encloses an area, or the one that is named.
 ProfilePolygon chosen_outline(const SvgDrawing& drawing, const std::string& id) {
   std::vector<ProfilePolygon> solid;
@@ -82,8 +99,7 @@ ProfilePolygon chosen_outline(const SvgDrawing& drawing, const std::string& id) 
     if (!outline.id.empty()) ids.push_back(outline.id);
     if (!id.empty() && outline.id != id) continue;
     ProfilePolygon polygon = flattened(outline);
-    const Vec2 size = size_of(polygon);
-    if (!(std::abs(polygon_area(polygon)) > 1e-9 * size.squaredNorm())) continue;
+    if (is_straight(polygon)) continue;
     solid.push_back(std::move(polygon));
     names.push_back(outline.name);
   }

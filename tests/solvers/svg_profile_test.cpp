@@ -120,8 +120,8 @@ TEST(SvgProfile, EveryShapeOfADrawing) {
   EXPECT_NEAR(area_drawn("<rect x='2' y='3' width='4' height='8'/>"), 0.5, 1e-12);
   EXPECT_NEAR(area_drawn("<circle cx='7' cy='5' r='4'/>"), pi / 4, 3e-4);
   EXPECT_NEAR(area_drawn("<ellipse cx='7' cy='5' rx='2' ry='4'/>"), pi / 8, 3e-4);
-  EXPECT_NEAR(area_drawn("<polygon points='0,0 6,0 6,12'/>"), 0.25, 1e-12);
-  EXPECT_NEAR(area_drawn("<polyline points='0 0 6 0 6 12'/>"), 0.25, 1e-12);
+  EXPECT_NEAR(area_drawn("<polygon points='1,0 7,0 7,12'/>"), 0.25, 1e-12);
+  EXPECT_NEAR(area_drawn("<polyline points='1 0 7 0 7 12'/>"), 0.25, 1e-12);
   EXPECT_NEAR(area_drawn("<rect width='10' height='20' rx='2'/>"), (200 - (4 - pi) * 4) / 400,
               3e-4);
 }
