@@ -74,14 +74,19 @@ scene::SolverRequest solver_request(const ObjectOptions& options) {
       {"--memory-limit", options.memory_limit.has_value(), true},
       {"--max-elements", options.max_elements.has_value(), true},
       {"--max-unknowns", options.max_unknowns.has_value(), true}};
-  scene::SolverRequest request{scene::parse_object_solver(options.solver), ""};
-  if (!options.element_size.empty()) request.elements = "--element-size";
+  scene::SolverRequest request;
+  if (options.solver) request.solver = scene::parse_object_solver(*options.solver);
+  const auto belongs_to_tetrahedra = [&](const char* option) {
+    if (options.solver) return;
+    request = {scene::ObjectSolver::tetrahedra, fmt::format("{} is given", option)};
+  };
+  if (!options.element_size.empty()) belongs_to_tetrahedra("--element-size");
   for (const TetrahedralOption& option : tetrahedral) {
     if (request.solver == scene::ObjectSolver::axisymmetric)
       refuse(option.given, option.name,
              "it belongs to tetrahedra, and the axisymmetric solver has none",
              "leave it out; --element-size bounds the cells of the section");
-    if (option.given && !option.bounds) request.elements = option.name;
+    if (option.given && !option.bounds) belongs_to_tetrahedra(option.name);
   }
   return request;
 }
@@ -156,10 +161,9 @@ void add_object_options(Command& command, ObjectOptions& options) {
   command
       .option("--solver", options.solver,
               "axisymmetric: harmonics about the axis of a generated body of revolution; "
-              "tetrahedra: of any object; automatic: axisymmetric where it can be, unless an "
-              "option of tetrahedra is given")
+              "tetrahedra: of any object; automatic: axisymmetric where it can be")
       .one_of({"automatic", "tetrahedra", "axisymmetric"})
-      .show_default();
+      .show_default("automatic, or tetrahedra where an option of theirs is given");
   command
       .option("--eigen-solver", options.eigen_solver,
               "of tetrahedra: block_lanczos, or SLEPc's krylov_schur")

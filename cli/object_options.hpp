@@ -28,7 +28,8 @@ struct ObjectOptions {
   std::optional<std::string> linear_solver;  ///< automatic when none is given
   std::optional<std::string> memory_limit;   ///< 16 GiB when none is given
   std::optional<int> max_elements;           ///< 200,000 when none is given
-  std::string solver = "automatic";          ///< or tetrahedra, axisymmetric
+  /// automatic when none is given, or tetrahedra where an option of theirs is.
+  std::optional<std::string> solver;
   std::optional<std::string> eigen_solver;   ///< block_lanczos when none is given
   /// 5 when none is given, or off where order or element_size are.
   std::optional<std::string> pitch_cents;

@@ -58,16 +58,14 @@ ObjectSolver parse_object_solver(std::string_view name) {
 
 SolverDecision decide_solver(const SolverRequest& asked, const solvers::mesh::MeshRequest& request,
                              std::span<const solvers::elements::Elastic> materials) {
-  if (asked.solver == ObjectSolver::tetrahedra) return {ObjectSolver::tetrahedra, "asked for"};
+  if (asked.solver == ObjectSolver::tetrahedra) return {ObjectSolver::tetrahedra, asked.reason};
   const std::string why_not = obstacle(request, materials);
   if (asked.solver == ObjectSolver::axisymmetric) {
-    if (why_not.empty()) return {ObjectSolver::axisymmetric, "asked for"};
+    if (why_not.empty()) return {ObjectSolver::axisymmetric, asked.reason};
     throw core::InputError(fmt::format("the axisymmetric solver cannot be had: {}", why_not),
                            bodies_of_revolution());
   }
   if (!why_not.empty()) return {ObjectSolver::tetrahedra, why_not};
-  if (!asked.elements.empty())
-    return {ObjectSolver::tetrahedra, fmt::format("{} is given", asked.elements)};
   return {ObjectSolver::axisymmetric,
           fmt::format("{} is a body of revolution", request.shape.family)};
 }

@@ -25,8 +25,7 @@ ObjectSolver parse_object_solver(std::string_view name);
 /// What was asked for of an object's solver.
 struct SolverRequest {
   ObjectSolver solver = ObjectSolver::automatic;
-  /// What of the elements was asked for, in words ("their order"): automatic is then tetrahedra.
-  std::string elements;
+  std::string reason = "asked for";  ///< why, where it is not automatic
 };
 
 /// The solver of an object, and why.
@@ -35,8 +34,8 @@ struct SolverDecision {
   std::string reason;
 };
 
-/// The axisymmetric solver for generated bodies of revolution of isotropic materials, tetrahedra
-/// for all else and where elements are asked for.
+/// What is asked for; of automatic, the axisymmetric solver for generated bodies of revolution of
+/// isotropic materials, and tetrahedra for all else.
 /// @param materials  of all its regions, in every variant
 /// @throws InputError  the axisymmetric solver is asked for, and cannot be had
 SolverDecision decide_solver(const SolverRequest& asked, const solvers::mesh::MeshRequest& request,

@@ -43,14 +43,17 @@ void read_modes(ConfigNode node, BuildConfig& config) {
   // Who fixes the elements wants these.
   if (node.has("order") || config.mesh.element_size > 0) config.pitch_cents = 0;
   for (const char* key : {"order", "element_size", "edge_layers"})
-    if (node.has(key)) config.object_solver.elements = fmt::format("modes.{}", key);
+    if (node.has(key)) config.object_solver.solver = scene::ObjectSolver::tetrahedra;
 }
 
 void read_solver(ConfigNode node, BuildConfig& config) {
+  scene::SolverRequest& solver = config.object_solver;
   for (const char* key : {"linear_solver", "eigen_solver"})
-    if (node.has(key)) config.object_solver.elements = fmt::format("solver.{}", key);
-  config.object_solver.solver = scene::parse_object_solver(
-      node.choice("kind", {"automatic", "tetrahedra", "axisymmetric"}, "automatic"));
+    if (node.has(key)) solver.solver = scene::ObjectSolver::tetrahedra;
+  solver.solver =
+      scene::parse_object_solver(node.choice("kind", {"automatic", "tetrahedra", "axisymmetric"},
+                                             std::string(scene::name_of(solver.solver))));
+  solver.reason = "solver.kind, or a key of tetrahedra, asks for it";
   const std::string cents = node.text(
       "pitch_cents", config.pitch_cents > 0 ? fmt::format("{}", config.pitch_cents) : "off");
   at_key(node, "pitch_cents",
