@@ -46,7 +46,7 @@ ExpectedSets expected_sets(const configuration::BuildConfig& config, const plan:
 /// Of a section's harmonics on one rank of a 2.3 GHz Xeon, within a factor of two: each set is
 /// solved on its own.
 mpi::Task axisymmetric_task(const configuration::BuildConfig& config, const ExpectedSets& sets) {
-  constexpr double seconds_per_set = 0.03, seconds_per_mode = 0.004, memory = 1e8;
+  constexpr double seconds_per_set = 0.03, seconds_per_mode = 0.004, memory = 3e7;
   mpi::Task task;
   task.cost = sets.sets * (seconds_per_set + seconds_per_mode * sets.modes) +
               config.scene.seconds_per_shape();

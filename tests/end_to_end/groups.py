@@ -51,11 +51,12 @@ class Groups(FolderTest):
 
     @of_memory
     def test_estimated_memory_is_what_a_body_takes(self):
-        # A solid object and a thin-walled one, whose modes are judged by other means.
-        for shape in ("block", "bowl"):
+        # A solid object, a thin-walled one, whose modes are judged by other means, and a section.
+        for shape, solver in (("block", "tetrahedra"), ("bowl", "tetrahedra"),
+                              ("cup", "axisymmetric")):
             config = self.write(f"{shape}.yaml", f"""
 materials: [iron]
-objects: [{{shape: {shape}}}]
+objects: [{{shape: {shape}, solver: {solver}}}]
 modes: {{max_modes: 60}}
 strikes: {{per_object: 1}}
 audio: {{seconds: 0.1 s}}
