@@ -17,10 +17,12 @@ namespace carillon::scene {
 namespace {
 
 /// Part of every key: raise it when solve_axisymmetric() gives other values for equal input.
-constexpr std::string_view solver_version = "carillon axisymmetric 1";
+constexpr std::string_view solver_version = "carillon axisymmetric 2";
 
+/// All sets lie on one surface, which depends on each of them.
 std::string key_of(const solvers::mesh::GeneratedShape& shape,
-                   const solvers::basis::ModeRequest& set, const TurnedOptions& options) {
+                   std::span<const solvers::basis::ModeRequest> sets,
+                   const TurnedOptions& options) {
   core::Sha256 hash;
   hash.add(solver_version);
   for (const auto& [library, version] : solvers::libraries::library_versions())
@@ -29,31 +31,41 @@ std::string key_of(const solvers::mesh::GeneratedShape& shape,
   for (const auto& [name, value] : shape.parameters)
     hash.add(name).add(std::span<const double>(&value, 1));
   for (const auto& point : shape.profile) hash.add(std::span<const double>(point));
-  std::vector<double> numbers = solvers::elements::identity_of(set.regions.front());
-  numbers.insert(numbers.end(), {set.band.min_frequency, set.band.max_frequency,
-                                 static_cast<double>(set.band.max_modes), set.band.counted_from,
-                                 options.solve.tolerance, options.solve.estimate_errors ? 1.0 : 0.0,
-                                 options.pitch_cents, options.cell});
+  std::vector<double> numbers = {options.solve.tolerance, options.solve.estimate_errors ? 1.0 : 0.0,
+                                 options.pitch_cents, options.cell};
+  for (const solvers::basis::ModeRequest& set : sets) {
+    const std::vector<double> material = solvers::elements::identity_of(set.regions.front());
+    numbers.insert(numbers.end(), material.begin(), material.end());
+    numbers.insert(numbers.end(), {set.band.min_frequency, set.band.max_frequency,
+                                   static_cast<double>(set.band.max_modes), set.band.counted_from});
+  }
   hash.add(std::span<const double>(numbers));
   return hash.hex();
 }
 
-solvers::modes::Modes solve_set(const solvers::mesh::GeneratedShape& shape,
-                                const solvers::mesh::Meridian& meridian,
-                                const solvers::basis::ModeRequest& set,
-                                const TurnedOptions& options, const std::filesystem::path& cache,
-                                core::Trace& trace) {
-  const std::string key = cache.empty() ? "" : key_of(shape, set, options);
-  if (!cache.empty())
-    if (auto modes = solvers::eigen::load_modes(cache, key, MPI_COMM_SELF, trace)) return *modes;
-  solvers::eigen::SolveOptions solve = options.solve;
-  solve.band = set.band;
-  const solvers::axisymmetric::AxisymmetricOptions cells{.cell = options.cell,
-                                                         .pitch_target = options.pitch_cents};
-  auto modes =
-      solvers::axisymmetric::solve_axisymmetric(meridian, set.regions.front(), solve, cells, trace);
-  if (!cache.empty()) solvers::eigen::store_modes(cache, key, modes, MPI_COMM_SELF);
-  return modes;
+std::vector<solvers::modes::Modes> solve_sets(const solvers::mesh::GeneratedShape& shape,
+                                              std::span<const solvers::basis::ModeRequest> sets,
+                                              const TurnedOptions& options,
+                                              const std::filesystem::path& cache,
+                                              core::Trace& trace) {
+  const std::string key = cache.empty() ? "" : key_of(shape, sets, options);
+  const auto key_of_set = [&key](std::size_t s) { return fmt::format("{}-{}", key, s); };
+  std::vector<solvers::modes::Modes> stored;
+  while (!cache.empty() && stored.size() < sets.size()) {
+    auto modes = solvers::eigen::load_modes(cache, key_of_set(stored.size()), MPI_COMM_SELF, trace);
+    if (!modes) break;
+    stored.push_back(std::move(*modes));
+  }
+  if (stored.size() == sets.size()) return stored;
+  std::vector<solvers::axisymmetric::MaterialBand> wanted;
+  for (const solvers::basis::ModeRequest& set : sets)
+    wanted.push_back({set.regions.front(), set.band});
+  auto solved = solvers::axisymmetric::solve_axisymmetric(
+      solvers::families::find_family(shape.family).meridian(shape), wanted, options.solve,
+      {.cell = options.cell, .pitch_target = options.pitch_cents}, trace);
+  for (std::size_t s = 0; s < sets.size() && !cache.empty(); ++s)
+    solvers::eigen::store_modes(cache, key_of_set(s), solved[s], MPI_COMM_SELF);
+  return solved;
 }
 
 /// What came of a pitch target.
@@ -85,15 +97,10 @@ solvers::pitch::PitchResult solve_turned(const solvers::mesh::GeneratedShape& sh
   solvers::pitch::PitchResult result;
   result.mesh.mesh.region_names = {"body"};
   result.sets.resize(sets.size());
-  const auto ranks = static_cast<std::size_t>(mpi::size(comm));
-  const auto own = static_cast<std::size_t>(mpi::rank(comm));
   mpi::agreed(comm, [&] {
-    const auto meridian = solvers::families::find_family(shape.family).meridian(shape);
-    for (std::size_t s = own; s < sets.size(); s += ranks)
-      result.sets[s] = solve_set(shape, meridian, sets[s], options, cache, trace);
+    if (mpi::rank(comm) == 0) result.sets = solve_sets(shape, sets, options, cache, trace);
   });
-  for (std::size_t s = 0; s < sets.size(); ++s)
-    solvers::modes::broadcast(result.sets[s], comm, static_cast<int>(s % ranks));
+  for (solvers::modes::Modes& modes : result.sets) solvers::modes::broadcast(modes, comm, 0);
   result.report = report_of(result.sets, options.pitch_cents);
   return result;
 }

@@ -20,8 +20,8 @@ struct TurnedOptions {
 /// Size of a generated body of revolution [m].
 double longest_side_of_turned(const solvers::mesh::GeneratedShape& shape);
 
-/// Mode sets of a generated body of revolution by the axisymmetric solver, each on one rank and
-/// behind the cache (empty path: none). There are no tetrahedra: PitchResult::mesh keeps the name
+/// Mode sets of a generated body of revolution by the axisymmetric solver on the first rank, on one
+/// surface, behind the cache (empty path: none). There are no tetrahedra: PitchResult::mesh keeps the name
 /// of the one region, and the report of a target has no steps.
 /// @return the same on every rank
 /// @throws as solve_axisymmetric

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <span>
+#include <vector>
+
 #include "core/trace.hpp"
 #include "solvers/eigen/solve_modes.hpp"
 #include "solvers/mesh/meridian.hpp"
@@ -16,6 +19,12 @@ struct AxisymmetricOptions {
   double pitch_target = 0.01;
 };
 
+/// What is wanted of a body in one material.
+struct MaterialBand {
+  elements::Elastic material;
+  modes::Band band;
+};
+
 /// Modes of a free body of revolution: displacements are Fourier series in the angle, and each
 /// harmonic n is a problem on the section alone, with three unknowns (u_r, u_theta, u_z) at every
 /// node of quadrilaterals of high order. Shares nothing with the tetrahedra but the eigensolver, at
@@ -27,18 +36,28 @@ struct AxisymmetricOptions {
 /// sought only as far up as needed: the certificate's modes_in_band counts those, with
 /// count_verified off.
 ///
+/// All materials share the section's cells, as fine as the most demanding of them asks, and the
+/// surface: a place on it is the same in every one's modes.
+///
 /// Modes::surface is the outline turned about z, triangles of order 3. Pitch errors are 1.15 times
 /// the differences to the same cells at the next order, as one step of inverse iteration from the
 /// modes and Rayleigh and Ritz's procedure give them.
 ///
-/// The elements' solver and memory limit do not apply; band, tolerance and estimate_errors do. A
-/// SolverEnvironment must be alive.
+/// Of the options tolerance and estimate_errors apply. A SolverEnvironment must be alive.
 ///
 /// @param trace  stages mesh, assemble, count, solve, extract, estimate are added
+/// @return one for each of `wanted`
 /// @throws InputError   constants or a band that solve_modes refuses too
 /// @throws SolverError  a cell turned inside out, too many nodes, no convergence, bad residuals, or
 ///                      rigid motions missing
 /// Zienkiewicz and Taylor, The Finite Element Method 2 (5th edition), section 9.6, for the strains.
+std::vector<modes::Modes> solve_axisymmetric(const mesh::Meridian& meridian,
+                                             std::span<const MaterialBand> wanted,
+                                             const eigen::SolveOptions& options,
+                                             const AxisymmetricOptions& axisymmetric,
+                                             core::Trace& trace);
+
+/// The same of one material, in the band of `options`.
 modes::Modes solve_axisymmetric(const mesh::Meridian& meridian, const elements::Elastic& material,
                                 const eigen::SolveOptions& options,
                                 const AxisymmetricOptions& axisymmetric, core::Trace& trace);

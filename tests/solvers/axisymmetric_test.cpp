@@ -231,6 +231,35 @@ TEST(AxisymmetricBand, CountsBelowAndInsideAndNothing) {
   EXPECT_GT(none.surface.faces.size(), 0u);
 }
 
+TEST(AxisymmetricMaterials, ShareASurfaceAndChangeNothing) {
+  const auto body = solvers::mesh::rectangular_meridian({0.03, 0.05}, {0, 0.02});
+  const solvers::elements::Elastic rubber{5e7, 0.47, 1200}, glass{7e10, 0.21, 2500};
+  const std::vector<solvers::axisymmetric::MaterialBand> wanted = {
+      {test::steel, {0, 30000, 20}}, {rubber, {0, 3000, 40}}, {glass, {0, 40000, 30}}};
+  solvers::eigen::SolveOptions options;
+  core::Trace trace;
+  const solvers::axisymmetric::AxisymmetricOptions cells{.pitch_target = 5};
+  const auto together =
+      solvers::axisymmetric::solve_axisymmetric(body, wanted, options, cells, trace);
+  ASSERT_EQ(together.size(), wanted.size());
+  for (std::size_t s = 0; s < wanted.size(); ++s) {
+    const auto& modes = together[s];
+    EXPECT_EQ(modes.surface.nodes, together[0].surface.nodes);
+    EXPECT_EQ(modes.surface.faces, together[0].surface.faces);
+    EXPECT_EQ(modes.shapes.cols(), static_cast<Eigen::Index>(3 * modes.surface.nodes.size()));
+    options.band = wanted[s].band;
+    const auto alone = solvers::axisymmetric::solve_axisymmetric(body, wanted[s].material, options,
+                                                                 cells, trace);
+    ASSERT_EQ(modes.size(), alone.size());
+    EXPECT_EQ(modes.harmonics, alone.harmonics);
+    EXPECT_EQ(modes.certificate.modes_in_band, alone.certificate.modes_in_band);
+    EXPECT_NEAR(modes.mass, alone.mass, 1e-6 * alone.mass);
+    for (std::size_t k = 0; k < modes.size(); ++k)
+      EXPECT_LE(std::abs(cents(modes.frequency(k), alone.frequency(k))),
+                modes.pitch_errors[k] + alone.pitch_errors[k] + 1e-6);
+  }
+}
+
 TEST(AxisymmetricInput, IsRefusedWithTheReason) {
   const auto body = solvers::mesh::rectangular_meridian({0.04, 0.05}, {0, 0.01});
   EXPECT_THROW(axisymmetric(body, {2e11, 0.5, 7850}, 1e4), core::InputError);

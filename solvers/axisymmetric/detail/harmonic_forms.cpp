@@ -228,23 +228,29 @@ Eigen::VectorXd unknowns_of(const CylinderFields& fields) {
   return out;
 }
 
-HarmonicForms harmonic_forms(mesh::MeridianMesh mesh, const elements::Elastic& material) {
+HarmonicForms harmonic_forms(mesh::MeridianMesh mesh) {
   HarmonicForms forms;
+  forms.material = {.youngs_modulus = 1, .poisson_ratio = 0.25, .density = 1};
   double radius = 0, low = mesh.nodes.front().y(), high = low;
   for (const auto& x : mesh.nodes) {
     radius = std::max(radius, x.x());
     low = std::min(low, x.y());
     high = std::max(high, x.y());
   }
-  forms.scales = {std::max(2 * radius, high - low), material.youngs_modulus, material.density,
-                  Vec3(0, 0, (low + high) / 2)};
+  forms.scales = {std::max(2 * radius, high - low), 1, 1, Vec3(0, 0, (low + high) / 2)};
   forms.mesh = std::move(mesh);
-  forms.material = material;
   forms.graph = graph_of(forms.mesh);
   forms.products.assign(forms.graph.column.size(), {});
   forms.mass.assign(forms.graph.column.size(), 0.0);
   for_each_cell(forms.mesh, forms.scales, [&forms](const Cell& cell) { add_cell(cell, forms); });
   forms.plan = eigen::plan_factors(harmonic_system(forms, 0), MPI_COMM_SELF);
+  return forms;
+}
+
+HarmonicForms in_material(HarmonicForms forms, const elements::Elastic& material) {
+  forms.material = material;
+  forms.scales.modulus = material.youngs_modulus;
+  forms.scales.density = material.density;
   return forms;
 }
 

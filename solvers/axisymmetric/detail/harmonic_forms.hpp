@@ -36,8 +36,12 @@ struct HarmonicForms {
   eigen::FactorPlan plan;    ///< every harmonic's matrices have the same pattern
 };
 
+/// In a material of modulus and density 1.
 /// @throws core::SolverError  a cell is turned inside out
-HarmonicForms harmonic_forms(mesh::MeridianMesh mesh, const elements::Elastic& material);
+HarmonicForms harmonic_forms(mesh::MeridianMesh mesh);
+
+/// The same section in another material: integrals and plan are kept.
+HarmonicForms in_material(HarmonicForms forms, const elements::Elastic& material);
 
 /// K and M of one harmonic, exact in the angle. Unknowns that are zero on the axis by regularity
 /// (n = 0: U and V; n = 1: U + V and W; above: all three) are cut off from the rest and held by
