@@ -30,7 +30,7 @@ struct ObjectOptions {
   std::optional<int> max_elements;           ///< 200,000 when none is given
   /// automatic when none is given, or tetrahedra where an option of theirs is.
   std::optional<std::string> solver;
-  std::optional<std::string> eigen_solver;   ///< block_lanczos when none is given
+  std::optional<std::string> eigen_solver;  ///< block_lanczos when none is given
   /// 5 when none is given, or off where order or element_size are.
   std::optional<std::string> pitch_cents;
   std::optional<int> max_unknowns;  ///< of refinements; 120,000 when none is given

@@ -21,8 +21,8 @@ struct TurnedOptions {
 double longest_side_of_turned(const solvers::mesh::GeneratedShape& shape);
 
 /// Mode sets of a generated body of revolution by the axisymmetric solver on the first rank, on one
-/// surface, behind the cache (empty path: none). There are no tetrahedra: PitchResult::mesh keeps the name
-/// of the one region, and the report of a target has no steps.
+/// surface, behind the cache (empty path: none). There are no tetrahedra: PitchResult::mesh keeps
+/// the name of the one region, and the report of a target has no steps.
 /// @return the same on every rank
 /// @throws as solve_axisymmetric
 /// @note Collective on comm.

@@ -12,7 +12,8 @@ namespace {
 /// Of the layout in a file.
 constexpr std::int64_t format_version = 5;
 
-constexpr int deflate_level = 4;
+/// Shapes are noise to zlib: more effort saves little room and takes as long as their solve.
+constexpr int deflate_level = 1;
 
 using core::Hdf5Group;
 

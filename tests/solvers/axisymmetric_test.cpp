@@ -248,8 +248,8 @@ TEST(AxisymmetricMaterials, ShareASurfaceAndChangeNothing) {
     EXPECT_EQ(modes.surface.faces, together[0].surface.faces);
     EXPECT_EQ(modes.shapes.cols(), static_cast<Eigen::Index>(3 * modes.surface.nodes.size()));
     options.band = wanted[s].band;
-    const auto alone = solvers::axisymmetric::solve_axisymmetric(body, wanted[s].material, options,
-                                                                 cells, trace);
+    const auto alone =
+        solvers::axisymmetric::solve_axisymmetric(body, wanted[s].material, options, cells, trace);
     ASSERT_EQ(modes.size(), alone.size());
     EXPECT_EQ(modes.harmonics, alone.harmonics);
     EXPECT_EQ(modes.certificate.modes_in_band, alone.certificate.modes_in_band);

@@ -42,7 +42,8 @@ std::string modes_line(const StudiedObject& object, const solvers::modes::Band& 
   if (file.thickness > 0) line += fmt::format(" --thickness {}m", file.thickness);
   if (object.any_size) line += " --any-size";
   return line + fmt::format(
-                    " --solver tetrahedra --material {} --min-frequency {}Hz --max-frequency {}Hz --max-modes {} "
+                    " --solver tetrahedra --material {} --min-frequency {}Hz --max-frequency {}Hz "
+                    "--max-modes {} "
                     "--max-elements {} --max-unknowns 1000000000 --pitch-cents {}",
                     shell_word(object.material_text), band.min_frequency, band.max_frequency,
                     band.max_modes, max_elements, cents);

@@ -86,11 +86,13 @@ std::size_t TurnedSurface::add_ring(std::int32_t edge, double t, int around) {
   Ring ring{edge, elements::line_shapes(mesh_.order, t).values, around,
             static_cast<std::int32_t>(surface_.nodes.size())};
   const Vec2 place = at(ring);
-  for (int k = 0; k < around; ++k) {
+  std::vector<Vec2>& circle = circles_[around];
+  for (int k = static_cast<int>(circle.size()); k < around; ++k) {
     const double angle = full_turn * k / around;
-    surface_.nodes.emplace_back(place.x() * std::cos(angle), place.x() * std::sin(angle),
-                                place.y());
+    circle.emplace_back(std::cos(angle), std::sin(angle));
   }
+  for (const Vec2& direction : circle)
+    surface_.nodes.emplace_back(place.x() * direction.x(), place.x() * direction.y(), place.y());
   rings_.push_back(std::move(ring));
   return rings_.size() - 1;
 }
@@ -147,15 +149,17 @@ Eigen::VectorXd TurnedSurface::evaluate(int n, const Eigen::Ref<const Eigen::Vec
       v += ring.weights[k] * fields.around[node[k]];
       w += ring.weights[k] * fields.axial[node[k]];
     }
+    const std::vector<Vec2>& circle = circles_.at(ring.around);
     for (int k = 0; k < ring.around; ++k) {
-      const double angle = full_turn * k / ring.around;
-      const double c = std::cos(n * angle), s = std::sin(n * angle);
+      const Vec2& direction = circle[static_cast<std::size_t>(k)];
+      const Vec2& phase = circle[static_cast<std::size_t>(n * k % ring.around)];
+      const double c = phase.x(), s = phase.y();
       // n = 0 has no turned mode, and its rotation goes with the cosine.
       const double radial = u * (turned ? s : c), axial = w * (turned ? s : c);
       const double tangential = n == 0 ? v : turned ? -v * c : v * s;
       out.segment<3>(3 * (ring.first + k)) =
-          Vec3(radial * std::cos(angle) - tangential * std::sin(angle),
-               radial * std::sin(angle) + tangential * std::cos(angle), axial);
+          Vec3(radial * direction.x() - tangential * direction.y(),
+               radial * direction.y() + tangential * direction.x(), axial);
     }
   }
   return out;

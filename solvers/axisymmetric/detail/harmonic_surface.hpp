@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <map>
 #include <vector>
 
 #include "solvers/axisymmetric/detail/harmonic_forms.hpp"
@@ -41,6 +42,7 @@ class TurnedSurface {
 
   const mesh::MeridianMesh& mesh_;
   std::vector<Ring> rings_;
+  std::map<int, std::vector<Vec2>> circles_;  ///< directions of the nodes of rings, by their number
   modes::ModeSurface surface_;
 };
 
