@@ -9,6 +9,7 @@
 #include "core/error.hpp"
 #include "solvers/axisymmetric/detail/harmonic_surface.hpp"
 #include "solvers/axisymmetric/detail/material_solve.hpp"
+#include "solvers/eigen/select.hpp"
 
 namespace carillon::solvers::axisymmetric {
 namespace {

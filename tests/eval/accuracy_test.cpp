@@ -179,10 +179,12 @@ TEST(ModesLine, NamesTheBodyTheBandAndTheBounds) {
   const std::string rest =
       " --min-frequency 0Hz --max-frequency 2500.5Hz --max-modes 26 --max-elements 40000 "
       "--max-unknowns 1000000000 --pitch-cents 2.5";
-  EXPECT_EQ(accuracy::modes_line(config.objects[0], band, 40000, 2.5),
-            "carillon modes disc:radius=0.06m,thickness=0.005m --material steel" + rest);
+  EXPECT_EQ(
+      accuracy::modes_line(config.objects[0], band, 40000, 2.5),
+      "carillon modes disc:radius=0.06m,thickness=0.005m --solver tetrahedra --material steel" +
+          rest);
   EXPECT_EQ(accuracy::modes_line(config.objects[1], band, 40000, 2.5),
-            "carillon modes 'my cup'\\''s scan.ply' --length 0.1m --material "
+            "carillon modes 'my cup'\\''s scan.ply' --length 0.1m --solver tetrahedra --material "
             "'youngs_modulus=70 GPa,poisson_ratio=0.3,density=2700'" +
                 rest);
 }
