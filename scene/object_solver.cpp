@@ -62,8 +62,9 @@ SolverDecision decide_solver(const SolverRequest& asked, const solvers::mesh::Me
   const std::string why_not = obstacle(request, materials);
   if (asked.solver == ObjectSolver::axisymmetric) {
     if (why_not.empty()) return {ObjectSolver::axisymmetric, asked.reason};
-    throw core::InputError(fmt::format("the axisymmetric solver cannot be had: {}", why_not),
-                           bodies_of_revolution());
+    throw core::InputError(
+        fmt::format("the axisymmetric solver cannot take this object: {}", why_not),
+        bodies_of_revolution());
   }
   if (!why_not.empty()) return {ObjectSolver::tetrahedra, why_not};
   return {ObjectSolver::axisymmetric,

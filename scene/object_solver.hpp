@@ -37,7 +37,7 @@ struct SolverDecision {
 /// What is asked for; of automatic, the axisymmetric solver for generated bodies of revolution of
 /// isotropic materials, and tetrahedra for all else.
 /// @param materials  of all its regions, in every variant
-/// @throws InputError  the axisymmetric solver is asked for, and cannot be had
+/// @throws InputError  the axisymmetric solver is asked for, and cannot take the object
 SolverDecision decide_solver(const SolverRequest& asked, const solvers::mesh::MeshRequest& request,
                              std::span<const solvers::elements::Elastic> materials);
 

@@ -78,7 +78,7 @@ solvers::pitch::PitchReport report_of(const std::vector<solvers::modes::Modes>& 
       report.reached_cents = std::max(report.reached_cents, error);
   if (cents > 0 && !(report.reached_cents <= cents)) {
     report.stopped_by = "no_progress";
-    report.reason = "smaller cells of a higher order gained less than half";
+    report.reason = "a higher order and smaller cells did not bring it there";
   }
   return report;
 }

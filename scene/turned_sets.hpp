@@ -12,7 +12,7 @@ namespace carillon::scene {
 
 /// How bodies of revolution are solved.
 struct TurnedOptions {
-  solvers::eigen::SolveOptions solve;  ///< tolerance and estimate_errors
+  solvers::eigen::SolveOptions solve;  ///< tolerance, time and estimate_errors
   double pitch_cents = 0;              ///< refined until the worst mode is within it; 0: not
   double cell = 0;                     ///< largest side of a cell [m]; 0: chosen
 };

@@ -159,7 +159,7 @@ void add_files(const configuration::BuildConfig& config, std::size_t index, cons
   }
 }
 
-/// @throws InputError  the axisymmetric solver is asked for where it cannot be had
+/// @throws InputError  the axisymmetric solver is asked for of an object that it cannot take
 scene::SolverDecision solver_of(const configuration::BuildConfig& config, const Shape& shape) {
   const scene::Object& object = config.objects[shape.source].object;
   scene::SolverRequest request = config.object_solver;

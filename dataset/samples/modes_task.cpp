@@ -219,8 +219,13 @@ solvers::pitch::PitchResult make_sets(const configuration::BuildConfig& config,
     const solvers::mesh::GeneratedShape& turned = shape.request.shape;
     const ModeSets sets =
         wanted_sets(config, shape, scene::longest_side_of_turned(turned), {"body"});
-    return scene::solve_turned(turned, sets.requests, {config.solver, config.pitch_cents, 0}, comm,
-                               folders.cache, trace);
+    scene::TurnedOptions options{config.solver, config.pitch_cents, 0};
+    options.solve.time = configuration::solve_clock(config.limits);
+    solvers::pitch::PitchResult solved;
+    configuration::within_memory(config.limits.solve_memory, [&] {
+      solved = scene::solve_turned(turned, sets.requests, options, comm, folders.cache, trace);
+    });
+    return solved;
   }
   trace.enter("mesh");
   const auto solve = [&](const solvers::mesh::MeshResult& mesh) {

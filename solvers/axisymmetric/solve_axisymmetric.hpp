@@ -43,7 +43,7 @@ struct MaterialBand {
 /// the differences to the same cells at the next order, as one step of inverse iteration from the
 /// modes and Rayleigh and Ritz's procedure give them.
 ///
-/// Of the options tolerance and estimate_errors apply. A SolverEnvironment must be alive.
+/// Of the options tolerance, time and estimate_errors apply. A SolverEnvironment must be alive.
 ///
 /// @param trace  stages mesh, assemble, count, solve, extract, estimate are added
 /// @return one for each of `wanted`

@@ -45,8 +45,7 @@ std::string bore_warning(const mesh::GeneratedShape& shape) {
   if (!(inner > 0) || inner > usual_bore * outer) return "";
   return fmt::format(
       "the profile keeps {:.3g} mm away from its axis, which leaves a bore of {:.3g} mm through "
-      "the "
-      "body; if it is meant to be solid, let the outline run along the axis",
+      "the body; if it is meant to be solid, let the outline run along the axis",
       1e3 * inner, 2e3 * inner);
 }
 

@@ -260,6 +260,15 @@ TEST(AxisymmetricMaterials, ShareASurfaceAndChangeNothing) {
   }
 }
 
+TEST(AxisymmetricTime, IsHeeded) {
+  const auto body = solvers::mesh::rectangular_meridian({0.03, 0.05}, {0, 0.02});
+  solvers::eigen::SolveOptions options;
+  options.time.seconds = 1e-9;
+  core::Trace trace;
+  EXPECT_THROW(solvers::axisymmetric::solve_axisymmetric(body, test::steel, options, {}, trace),
+               core::TimeError);
+}
+
 TEST(AxisymmetricInput, IsRefusedWithTheReason) {
   const auto body = solvers::mesh::rectangular_meridian({0.04, 0.05}, {0, 0.01});
   EXPECT_THROW(axisymmetric(body, {2e11, 0.5, 7850}, 1e4), core::InputError);

@@ -84,9 +84,14 @@ bool MaterialSolve::enough() const {
   return counted - below > static_cast<std::int64_t>(wanted()) + 1;
 }
 
+void MaterialSolve::heed_time() const {
+  if (options_.time.passed()) options_.time.refuse();
+}
+
 void MaterialSolve::count(const HarmonicForms& section) {
   forms_ = in_material(section, material_);
   for (;;) {
+    heed_time();
     harmonics_ = count_harmonics(forms_, size_, std::max(top_, lowest_count * estimate_), trace_);
     if (top_ >= band_.max_frequency || enough()) return;
     top_ = std::min(band_.max_frequency, 1.5 * top_);
@@ -98,6 +103,7 @@ void MaterialSolve::solve() {
   for (auto& harmonic : harmonics_) {
     // n = 0 and 1 have rigid motions to recognise even where nothing else is below the top.
     if (harmonic.counted == 0 && harmonic.n > 1) continue;
+    heed_time();
     solve_harmonic(forms_, counted_at, estimate_, options_.tolerance, harmonic, trace_);
   }
   list();
@@ -127,6 +133,7 @@ double MaterialSolve::estimate_errors(const HarmonicForms& finer_section) {
   for (std::size_t h = 0; h < harmonics_.size(); ++h) {
     const auto& coarse = harmonics_[h];
     if (coarse.counted == 0) continue;
+    heed_time();
     const auto values = next_order_values(finer, forms_, coarse, estimate_);
     std::vector<Found*> own;
     for (auto& mode : found_)

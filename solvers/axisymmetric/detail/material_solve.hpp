@@ -15,7 +15,7 @@ class TurnedSurface;
 class MaterialSolve {
  public:
   /// @param size     of the body
-  /// @param options  tolerance and whether errors are estimated; its band is not used
+  /// @param options  tolerance, time and whether errors are estimated; its band is not used
   MaterialSolve(const mesh::MeridianSize& size, const elements::Elastic& material,
                 const modes::Band& band, const eigen::SolveOptions& options, core::Trace& trace);
 
@@ -26,6 +26,7 @@ class MaterialSolve {
   /// @param section  in any material
   void count(const HarmonicForms& section);
   /// Finds the modes that were counted.
+  /// @throws core::TimeError  time has passed; count() and estimate_errors() too
   void solve();
   /// Compares with the same cells at the next order. @return the worst error [cents]
   double estimate_errors(const HarmonicForms& finer_section);
@@ -48,6 +49,7 @@ class MaterialSolve {
   std::size_t wanted() const { return static_cast<std::size_t>(band_.max_modes); }
   double first_top() const;
   bool enough() const;
+  void heed_time() const;
   void list();
   void certify(modes::Modes& modes) const;
 
