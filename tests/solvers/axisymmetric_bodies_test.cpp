@@ -63,8 +63,8 @@ struct Thick {
   int modes;
 };
 // NOLINTNEXTLINE(readability-identifier-naming): GoogleTest's name
-void PrintTo(const Thick& c, std::ostream* out) {
-  *out << c.family;
+std::ostream& operator<<(std::ostream& out, const Thick& c) {
+  return out << c.family;
 }
 
 class Against3d : public testing::TestWithParam<Thick> {};

@@ -55,8 +55,8 @@ struct Case {
   solvers::mesh::Meridian body;
   solvers::elements::Elastic material;
 };
-void PrintTo(const Case& c, std::ostream* out) {
-  *out << c.name;
+std::ostream& operator<<(std::ostream& out, const Case& c) {
+  return out << c.name;
 }
 
 class Table : public testing::TestWithParam<Case> {};
