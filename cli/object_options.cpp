@@ -143,7 +143,7 @@ void add_object_options(Command& command, ObjectOptions& options) {
   command
       .option("--profile-axis", options.profile_axis,
               "of an SVG drawing: left or right of the outline, or x=NUMBER in its coordinates")
-      .show_default("x=0");
+      .show_default("x=0, where the outline reaches it");
   command.option("--profile-id", options.profile_id,
                  "id of the drawing's outline, where it has several");
   command.option("--thickness", options.thickness, "wall given to open sheets, e.g. 2 mm");

@@ -59,7 +59,7 @@ std::vector<std::array<double, 2>> profile_from(const std::string& path,
   solvers::families::SvgProfileOptions svg;
   // Where the body is scaled as a whole any height will do.
   svg.height = options.height > 0 ? options.height : length;
-  if (!options.axis.empty()) svg.axis = options.axis;
+  svg.axis = options.axis;
   svg.id = options.outline;
   return solvers::families::profile_from_svg(path, svg);
 }
@@ -71,7 +71,7 @@ void read_profile(ConfigNode& node, const std::string& file_name, Object& object
     ProfileOptions options;
     if (std::string_view(key) == "svg") {
       options.height = node.not_negative("svg_height", Dimension::length, 0);
-      options.axis = node.text("svg_axis", "x=0");
+      options.axis = node.text("svg_axis", "");
       options.outline = node.text("svg_id", "");
     }
     const double length = node.not_negative("length", Dimension::length, 0);

@@ -19,7 +19,8 @@ struct ModelNet {
 
 /// How a file's profile is read.
 struct ProfileOptions {
-  std::string axis;     ///< of an SVG drawing: left, right or x=NUMBER; "": x=0
+  /// Of an SVG drawing: left, right or x=NUMBER; "": x=0, which the outline has to reach.
+  std::string axis;
   std::string outline;  ///< the id of its outline; "": the only one
   double height = 0;    ///< [m]; 0: as the file says
 };

@@ -124,7 +124,13 @@ void put_on_axis(const std::string& axis, ProfilePolygon& polygon) {
     high = std::max(high, p[0]);
   }
   double at = 0;
-  if (axis == "left") {
+  if (axis.empty()) {
+    if (low > 1e-6 * high)
+      throw core::InputError(
+          fmt::format("the outline reaches from x = {:.6g} to {:.6g}, and its axis is not given",
+                      low, high),
+          "give its axis: left, where that side lies on it, or x=0, where a bore is meant");
+  } else if (axis == "left") {
     at = low;
   } else if (axis == "right") {
     at = high;

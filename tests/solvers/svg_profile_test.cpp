@@ -39,7 +39,8 @@ solvers::families::ProfilePolygon drawn(const std::string& elements,
 }
 
 double area_drawn(const std::string& elements,
-                  const solvers::families::SvgProfileOptions& options = {.height = 1}) {
+                  const solvers::families::SvgProfileOptions& options = {.height = 1,
+                                                                         .axis = "x=0"}) {
   return solvers::families::polygon_area(drawn(elements, options));
 }
 
@@ -177,6 +178,9 @@ TEST(SvgProfile, TheAxisIsWhereItIsSaidToBe) {
   EXPECT_EQ(widest("right").first, 0);
   EXPECT_NEAR(widest("x=40").first, 5, 1e-12);  // drawn on the left of it
   EXPECT_NEAR(widest("x=40").second, 10, 1e-12);
+  const std::string unsaid = message_of<core::InputError>([&] { widest(""); });
+  EXPECT_NE(unsaid.find("from x = 30 to 35, and its axis is not given"), std::string::npos)
+      << unsaid;
   EXPECT_NE(message_of<core::InputError>([&] { widest("x=32"); }).find("across the axis"),
             std::string::npos);
   EXPECT_NE(message_of<core::InputError>([&] { widest("middle"); }).find("is no axis"),
@@ -188,7 +192,7 @@ TEST(SvgProfile, SeveralOutlinesAskForAName) {
       "<rect id='page' width='50' height='50'/><rect id='cup' width='5' height='10'/>";
   const std::string message = message_of<core::InputError>([&] { area_drawn(two); });
   EXPECT_NE(message.find("rect \"page\", rect \"cup\""), std::string::npos) << message;
-  EXPECT_NEAR(area_drawn(two, {.height = 1, .id = "cup"}), 0.5, 1e-12);
+  EXPECT_NEAR(area_drawn(two, {.height = 1, .axis = "x=0", .id = "cup"}), 0.5, 1e-12);
   EXPECT_NE(message_of<core::InputError>([&] {
               area_drawn(two, {.height = 1, .id = "mug"});
             }).find("page, cup"),
