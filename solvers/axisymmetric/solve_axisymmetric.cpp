@@ -24,6 +24,7 @@ constexpr FirstCells usual_cells = {4, 1}, fine_cells = {6, 2.0 / 3};
 /// Targets below this begin with fine cells [cents].
 constexpr double fine_target = 0.5;
 constexpr int max_refinements = 2;
+constexpr int low_order = 2;
 
 void require(bool holds, const std::string& message) {
   if (!holds) throw core::InputError(message);
@@ -60,16 +61,18 @@ class SharedSections {
     const mesh::MeridianSize size = mesh::measure(meridian);
     for (const MaterialBand& one : wanted)
       solves_.emplace_back(size, one.material, one.band, options, trace);
+    // Parts of an outline of many points are small cells already.
+    if (axisymmetric.order == 0 && refines() && 2 * nodes_of_order(low_order) < nodes_of_order(order_))
+      order_ = low_order;
   }
 
   std::vector<modes::Modes> run() {
     count();
-    const bool refine = estimates_ && axisymmetric_.cell == 0 && axisymmetric_.pitch_target > 0;
     double before = std::numeric_limits<double>::infinity();
     for (int step = 0;; ++step) {
       const double worst = solve();
       const bool gains = worst < before / 2;
-      if (!refine || worst <= axisymmetric_.pitch_target || step == max_refinements || !gains)
+      if (!refines() || worst <= axisymmetric_.pitch_target || step == max_refinements || !gains)
         return selected();
       before = worst;
       if (step == 0) {
@@ -84,13 +87,24 @@ class SharedSections {
   }
 
  private:
-  /// The cell that the shortest of all waves asks for.
+  bool refines() const {
+    return estimates_ && axisymmetric_.cell == 0 && axisymmetric_.pitch_target > 0;
+  }
+
+  std::size_t nodes_of_order(int order) const {
+    return mesh::mesh_meridian(meridian_, order, cell_of_order(order)).nodes.size();
+  }
+
   double wanted_cell() const {
-    if (axisymmetric_.cell > 0) return axisymmetric_.cell;
+    return axisymmetric_.cell > 0 ? axisymmetric_.cell : cell_of_order(order_);
+  }
+
+  /// The cell of an order that the shortest of all waves asks for.
+  double cell_of_order(int order) const {
     double shortest = 0;
     for (const MaterialSolve& one : solves_)
       shortest = std::max(shortest, one.largest_wave_number());
-    return first_.waves * order_ / shortest;
+    return first_.waves * order / shortest;
   }
 
   /// Counts on a section that is fine enough for the frequencies up to which it turned out
