@@ -86,8 +86,7 @@ std::vector<dataset::exporters::GltfMode> shown_modes(
   const auto damping =
       synth::damping::clamped_decay_rates(object.modes, scene::damping_of(object.materials));
   for (std::size_t i = 0; i < object.modes.size(); ++i) {
-    const Eigen::VectorXd shape =
-        object.modes.shapes.row(static_cast<Eigen::Index>(i)).cast<double>();
+    const Eigen::VectorXd shape = object.modes.shapes.of(static_cast<Eigen::Index>(i));
     double largest = 0;
     for (Eigen::Index k = 0; k < shape.size(); k += 3) {
       largest = std::max(largest, shape.segment<3>(k).norm());

@@ -36,6 +36,7 @@ std::string why_no_mode(const scene::SolvedObject& object) {
 nlohmann::json to_json(const scene::SolvedObject& object,
                        const synth::damping::DecayRates& damping) {
   nlohmann::json modes = nlohmann::json::array();
+  const std::vector<int> harmonics = object.modes.shapes.harmonics();
   for (std::size_t i = 0; i < object.modes.size(); ++i) {
     modes.push_back({{"frequency_hz", object.modes.frequency(i)},
                      {"decay_rate_per_s", damping.values[i]},
@@ -43,7 +44,7 @@ nlohmann::json to_json(const scene::SolvedObject& object,
     if (!object.modes.pitch_errors.empty()) {
       modes.back()["pitch_error_cents"] = object.modes.pitch_errors[i];
     }
-    if (!object.modes.harmonics.empty()) modes.back()["harmonic"] = object.modes.harmonics[i];
+    if (!harmonics.empty()) modes.back()["harmonic"] = harmonics[i];
   }
   const solvers::modes::Certificate& certificate = object.modes.certificate;
   nlohmann::json timing = nlohmann::json::object();
@@ -97,17 +98,17 @@ void print_pitch_errors(const std::vector<double>& errors) {
 }
 
 void print_table(const scene::SolvedObject& object, const synth::damping::DecayRates& damping) {
-  const bool turned = !object.modes.harmonics.empty();
+  const std::vector<int> harmonics = object.modes.shapes.harmonics();
   const bool estimated = !object.modes.pitch_errors.empty();
   fmt::print("{:>5} {:>14} {}{:>14} {:>10} {:>10}{}\n", "mode", "frequency [Hz]",
              estimated ? "error [cent] " : "", "decay [1/s]", "T60 [s]", "residual",
-             turned ? " harmonic" : "");
+             harmonics.empty() ? "" : " harmonic");
   for (std::size_t i = 0; i < object.modes.size(); ++i) {
     fmt::print("{:>5} {:>14.4f} {}{:>14.4f} {:>10.3g} {:>10.1e}{}\n", i + 1,
                object.modes.frequency(i),
                estimated ? fmt::format("{:>12.2g} ", object.modes.pitch_errors[i]) : "",
                damping.values[i], synth::modal::t60(damping.values[i]), object.modes.residuals[i],
-               turned ? fmt::format(" {:>8}", object.modes.harmonics[i]) : "");
+               harmonics.empty() ? "" : fmt::format(" {:>8}", harmonics[i]));
   }
   if (object.modes.size() == 0) fmt::print("{}\n", why_no_mode(object));
   if (!damping.negative.empty()) {
@@ -124,7 +125,7 @@ void print_table(const scene::SolvedObject& object, const synth::damping::DecayR
              certificate.components, certificate.components == 1 ? "" : "s",
              certificate.max_residual);
   if (estimated) print_pitch_errors(object.modes.pitch_errors);
-  const std::string size = turned ? fmt::format("{} unknowns to a harmonic", certificate.unknowns)
+  const std::string size = !harmonics.empty() ? fmt::format("{} unknowns to a harmonic", certificate.unknowns)
                                   : fmt::format("{} elements, {} unknowns",
                                                 object.mesh.quality.elements, certificate.unknowns);
   fmt::print("{} solver ({}): {}, mass {:.4g} kg\n", scene::name_of(object.solver.solver),

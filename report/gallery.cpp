@@ -42,12 +42,12 @@ void add_gains(const solvers::modes::Modes& modes, const render::ShadingMesh& me
   std::vector<double> scales(count);
   std::vector<double> gains(vertices);
   for (std::size_t mode = 0; mode < count; ++mode) {
+    const Eigen::VectorXd shape = modes.shapes.of(static_cast<Eigen::Index>(mode));
     for (std::size_t v = 0; v < vertices; ++v) {
       const auto node = 3 * static_cast<Eigen::Index>(mesh.sources[v]);
       gains[v] = 0;
       for (std::size_t k = 0; k < 3; ++k) {
-        gains[v] += static_cast<double>(modes.shapes(static_cast<Eigen::Index>(mode),
-                                                     node + static_cast<Eigen::Index>(k))) *
+        gains[v] += shape[node + static_cast<Eigen::Index>(k)] *
                     static_cast<double>(mesh.normals[3 * v + k]);
       }
       scales[mode] = std::max(scales[mode], std::abs(gains[v]));

@@ -115,7 +115,7 @@ modes::Modes select_modes(const mesh::TetMesh& mesh, std::span<const elements::E
 
   const auto rows = static_cast<Eigen::Index>(order.size());
   const auto region_count = static_cast<Eigen::Index>(regions.size());
-  modes.shapes.resize(rows, fields.shapes.cols());
+  modes::ModeShapes::Rows shapes(rows, fields.shapes.cols());
   modes.kinetic_fraction.resize(rows, region_count);
   modes.strain_fraction.resize(rows, region_count);
   for (Eigen::Index row = 0; row < rows; ++row) {
@@ -124,10 +124,11 @@ modes::Modes select_modes(const mesh::TetMesh& mesh, std::span<const elements::E
     modes.eigenvalues.push_back(fields.eigenvalues[k]);
     if (chosen) chosen->push_back(found.flexible[k]);
     modes.residuals.push_back(found.pairs.residuals[found.flexible[k]]);
-    modes.shapes.row(row) = fields.shapes.row(from);
+    shapes.row(row) = fields.shapes.row(from);
     modes.kinetic_fraction.row(row) = fields.kinetic_fraction.row(from);
     modes.strain_fraction.row(row) = fields.strain_fraction.row(from);
   }
+  modes.shapes = modes::ModeShapes(std::move(shapes));
 
   auto& certificate = modes.certificate;
   certificate.min_frequency = band.min_frequency;

@@ -83,9 +83,8 @@ Modes restrict_to(const Modes& modes, const Band& band) {
     out.eigenvalues.push_back(modes.eigenvalues[mode]);
     out.residuals.push_back(modes.residuals[mode]);
     if (!modes.pitch_errors.empty()) out.pitch_errors.push_back(modes.pitch_errors[mode]);
-    if (!modes.harmonics.empty()) out.harmonics.push_back(modes.harmonics[mode]);
   }
-  out.shapes = modes.shapes(inside, Eigen::all);
+  out.shapes = modes.shapes.select(inside);
   out.kinetic_fraction = modes.kinetic_fraction(inside, Eigen::all);
   out.strain_fraction = modes.strain_fraction(inside, Eigen::all);
 

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "solvers/mesh/tet_mesh.hpp"
+#include "solvers/modes/mode_shapes.hpp"
 
 namespace carillon::solvers::modes {
 
@@ -79,11 +79,7 @@ struct Modes {
   /// Estimated distance to the pitch of the body itself (its true surface, no discretisation)
   /// [cents], n values; empty where none was asked for.
   std::vector<double> pitch_errors;
-  /// Waves around the axis of a body of revolution (the axisymmetric solver), n values; empty for
-  /// tetrahedra, which know of no axis.
-  std::vector<int> harmonics;
-  /// Mass-normalised mode shapes [kg^-1/2] at the surface nodes: n rows x 3 * nodes, xyz together.
-  Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> shapes;
+  ModeShapes shapes;  ///< at the nodes of `surface`
   /// Share of each region in a mode's kinetic and strain energy: n rows x regions, rows sum to 1.
   Eigen::MatrixXd kinetic_fraction;
   Eigen::MatrixXd strain_fraction;

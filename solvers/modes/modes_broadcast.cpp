@@ -2,6 +2,8 @@
 
 #include <cstddef>
 #include <type_traits>
+#include <utility>
+#include <vector>
 
 #include "mpi/comm.hpp"
 
@@ -31,14 +33,23 @@ void matrix(Matrix& values, MPI_Comm comm, int root) {
                  root, comm);
 }
 
+void shapes(ModeShapes& shapes, MPI_Comm comm, int root) {
+  ModeShapes::Rows values = shapes.values();
+  std::vector<NodeRing> rings = shapes.rings();
+  std::vector<CircumferentialWave> waves = shapes.waves();
+  matrix(values, comm, root);
+  list(rings, comm, root);
+  list(waves, comm, root);
+  shapes = ModeShapes(std::move(values), std::move(rings), std::move(waves));
+}
+
 }  // namespace
 
 void broadcast(Modes& modes, MPI_Comm comm, int root) {
   list(modes.eigenvalues, comm, root);
   list(modes.residuals, comm, root);
   list(modes.pitch_errors, comm, root);
-  list(modes.harmonics, comm, root);
-  matrix(modes.shapes, comm, root);
+  shapes(modes.shapes, comm, root);
   matrix(modes.kinetic_fraction, comm, root);
   matrix(modes.strain_fraction, comm, root);
   plain(modes.surface.order, comm, root);

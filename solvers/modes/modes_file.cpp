@@ -10,10 +10,12 @@ namespace carillon::solvers::modes {
 namespace {
 
 /// Of the layout in a file.
-constexpr std::int64_t format_version = 5;
+constexpr std::int64_t format_version = 6;
 
 /// Shapes are noise to zlib: more effort saves little room and takes as long as their solve.
 constexpr int deflate_level = 1;
+
+constexpr const char* shape_unit = "kg^-1/2";
 
 using core::Hdf5Group;
 
@@ -97,6 +99,48 @@ void write_surface(const Hdf5Group& group, const ModeSurface& surface) {
   group.write_attribute("order", static_cast<std::int64_t>(surface.order));
 }
 
+/// Shapes at nodes as they are, those of a body of revolution by its rings.
+void write_shapes(const Hdf5Group& group, const ModeShapes& shapes) {
+  const ModeShapes::Rows& values = shapes.values();
+  const auto count = static_cast<std::uint64_t>(values.rows());
+  const bool on_rings = !shapes.rings().empty();
+  const std::string name = on_rings ? "ring_amplitudes" : "shapes";
+  group.write<float>(name, {values.data(), static_cast<std::size_t>(values.size())},
+                     {count, static_cast<std::uint64_t>(values.cols()) / 3, 3},
+                     compressed_rows(count));
+  group.write_attribute("unit", std::string(shape_unit), name);
+  if (!on_rings) return;
+  std::vector<std::int32_t> rings, harmonics, turned;
+  for (const NodeRing& ring : shapes.rings()) rings.insert(rings.end(), {ring.first, ring.around});
+  for (const CircumferentialWave& wave : shapes.waves()) {
+    harmonics.push_back(wave.harmonic);
+    turned.push_back(wave.turned);
+  }
+  group.write<std::int32_t>("rings", rings, {shapes.rings().size(), 2});
+  group.write<std::int32_t>("harmonics", harmonics, {count});
+  group.write<std::int32_t>("turned", turned, {count});
+}
+
+ModeShapes read_shapes(const Hdf5Group& group, Eigen::Index modes) {
+  const bool on_rings = group.has("rings");
+  const std::string name = on_rings ? "ring_amplitudes" : "shapes";
+  const auto columns = 3 * static_cast<Eigen::Index>(group.extent(name).at(1));
+  const auto values = group.read<float>(name);
+  ModeShapes::Rows rows =
+      Eigen::Map<const ModeShapes::Rows>(values.data(), modes, columns);
+  if (!on_rings) return ModeShapes(std::move(rows));
+  const auto places = group.read<std::int32_t>("rings");
+  const auto harmonics = group.read<std::int32_t>("harmonics");
+  const auto turned = group.read<std::int32_t>("turned");
+  std::vector<NodeRing> rings;
+  for (std::size_t r = 0; r + 1 < places.size(); r += 2)
+    rings.push_back({places[r], places[r + 1]});
+  std::vector<CircumferentialWave> waves;
+  for (std::size_t k = 0; k < harmonics.size(); ++k)
+    waves.push_back({harmonics[k], turned.at(k)});
+  return ModeShapes(std::move(rows), std::move(rings), std::move(waves));
+}
+
 }  // namespace
 
 void write_modes(const Hdf5Group& group, const Modes& modes) {
@@ -110,11 +154,7 @@ void write_modes(const Hdf5Group& group, const Modes& modes) {
     group.write<double>("pitch_errors", modes.pitch_errors, {count});
     group.write_attribute("unit", std::string("cent"), "pitch_errors");
   }
-  if (!modes.harmonics.empty()) group.write<std::int32_t>("harmonics", modes.harmonics, {count});
-  const core::Extent shape = {count, modes.surface.nodes.size(), 3};
-  group.write<float>("shapes", {modes.shapes.data(), static_cast<std::size_t>(modes.shapes.size())},
-                     shape, compressed_rows(count));
-  group.write_attribute("unit", std::string("kg^-1/2"), "shapes");
+  write_shapes(group, modes.shapes);
   write_matrix(group, "kinetic_fraction", modes.kinetic_fraction);
   write_matrix(group, "strain_fraction", modes.strain_fraction);
   write_surface(group.create_group("surface"), modes.surface);
@@ -142,12 +182,8 @@ Modes read_modes(const Hdf5Group& group) {
   modes.eigenvalues = group.read<double>("eigenvalues");
   modes.residuals = group.read<double>("residuals");
   if (group.has("pitch_errors")) modes.pitch_errors = group.read<double>("pitch_errors");
-  if (group.has("harmonics")) modes.harmonics = group.read<std::int32_t>("harmonics");
   modes.surface = read_mode_surface(group);
-  const auto shapes = group.read<float>("shapes");
-  using Rows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  modes.shapes = Eigen::Map<const Rows>(shapes.data(), static_cast<Eigen::Index>(modes.size()),
-                                        3 * static_cast<Eigen::Index>(modes.surface.nodes.size()));
+  modes.shapes = read_shapes(group, static_cast<Eigen::Index>(modes.size()));
   modes.kinetic_fraction = read_matrix(group, "kinetic_fraction");
   modes.strain_fraction = read_matrix(group, "strain_fraction");
   modes.mass = group.number_attribute("mass_kg");

@@ -73,10 +73,10 @@ Eigen::MatrixX3d shapes_at(const solvers::modes::Modes& modes, const SurfacePoin
   const auto nodes = surface::face_nodes(modes.surface, point.face);
   const Eigen::VectorXd values =
       solvers::elements::triangle_shape_functions(modes.surface.order, point.barycentric, nullptr);
-  Eigen::MatrixX3d shapes = Eigen::MatrixX3d::Zero(modes.shapes.rows(), 3);
+  Eigen::MatrixX3d shapes = Eigen::MatrixX3d::Zero(modes.shapes.modes(), 3);
   for (std::size_t a = 0; a < nodes.size(); ++a) {
     shapes += values[static_cast<Eigen::Index>(a)] *
-              modes.shapes.middleCols<3>(3 * static_cast<Eigen::Index>(nodes[a])).cast<double>();
+              modes.shapes.at(static_cast<Eigen::Index>(nodes[a]));
   }
   return shapes;
 }

@@ -31,7 +31,7 @@ struct PatchMotion {
 PatchMotion patch_motion(const solvers::modes::Modes& modes, const surface::OuterTriangles& surface,
                          const surface::SurfacePatches& patches) {
   const Eigen::MatrixXd by_triangle =
-      (modes.shapes.cast<double>() * surface.flux_weights).transpose();
+      (modes.shapes.at_nodes().cast<double>() * surface.flux_weights).transpose();
   PatchMotion motion;
   motion.flux.resize(static_cast<Eigen::Index>(patches.size()), by_triangle.cols());
   motion.norm = Eigen::VectorXd::Zero(by_triangle.cols());

@@ -29,6 +29,7 @@ std::string key_of(const solvers::modes::Modes& modes, const EquivalentSourcesOp
   // Lengths first, so that no list can pass for a part of its neighbour.
   const std::vector<std::uint64_t> lengths = {modes.surface.nodes.size(),
                                               modes.surface.faces.size(), modes.size()};
+  const solvers::modes::ModeShapes::Rows shapes = modes.shapes.at_nodes();
   return core::Sha256()
       .add(method)
       .add(std::span<const std::uint64_t>(lengths))
@@ -36,8 +37,7 @@ std::string key_of(const solvers::modes::Modes& modes, const EquivalentSourcesOp
       .add(std::span<const double>(places))
       .add(std::span<const std::int32_t>(modes.surface.faces))
       .add(std::span<const double>(modes.eigenvalues))
-      .add(std::span<const float>(modes.shapes.data(),
-                                  static_cast<std::size_t>(modes.shapes.size())))
+      .add(std::span<const float>(shapes.data(), static_cast<std::size_t>(shapes.size())))
       .hex();
 }
 

@@ -35,7 +35,7 @@ modal::Readout pressure_readout(const ModalPressure& pressure, const solvers::mo
 }
 
 std::vector<double> wavenumbers(const solvers::modes::Modes& modes) {
-  if (!modes.shapes.allFinite()) throw core::InputError("a mode shape is not finite");
+  if (!modes.shapes.values().allFinite()) throw core::InputError("a mode shape is not finite");
   std::vector<double> numbers;
   for (const double eigenvalue : modes.eigenvalues) {
     if (!(eigenvalue >= 0) || !std::isfinite(eigenvalue)) {

@@ -9,13 +9,21 @@ import unittest
 import h5py
 import msh_files
 import numpy
-from program import FolderTest, run, run_json
+from program import FolderTest, docs_block, run, run_json
 
 BODY = ["bowl:radius=60mm,wall=4mm", "--order", "2", "--element-size", "20 mm"]
+ABOUT_AXIS = BODY[:1]  # at the nodes of rings
 VALIDATE = """
 require("gltf-validator").validateBytes(new Uint8Array(require("fs").readFileSync(process.argv[1])))
   .then(report => console.log(JSON.stringify(report)));
 """
+
+
+def mode_shapes():
+    """The function of docs/python.md."""
+    names = {}
+    exec(compile(docs_block("python.md", "python", "def mode_shapes"), "docs", "exec"), names)
+    return names["mode_shapes"]
 
 
 class Glb:
@@ -90,12 +98,16 @@ class Models(FolderTest):
         return self.write("bar.msh", msh_files.msh_4(*msh_files.two_part_bar()))
 
     def test_shows_the_surface_and_the_modes(self):
-        arguments = [*BODY, "-m", "ceramic"]
+        for arguments in (BODY, ABOUT_AXIS):
+            with self.subTest(arguments=arguments):
+                self.expect_surface_and_modes([*arguments, "-m", "ceramic"])
+
+    def expect_surface_and_modes(self, arguments):
         glb = self.export("bowl", *arguments, "--modes", "6", "--amplitude", "0.1")
         stored = self.folder / "modes.h5"
         run_json("modes", *arguments, "--max-modes", "6", "-o", stored)
         with h5py.File(stored) as file:
-            nodes, shapes = file["surface/nodes"][:], file["shapes"][:]
+            nodes, shapes = file["surface/nodes"][:], mode_shapes()(file)
             eigenvalues = file["eigenvalues"][:]
             faces, order = file["surface/faces"][:], file["surface"].attrs["order"]
         expected = to_gltf(nodes).astype("f4")

@@ -2,6 +2,7 @@
 import json
 import os
 import pathlib
+import re
 import resource
 import subprocess
 import tempfile
@@ -11,6 +12,7 @@ CARILLON = os.environ["CARILLON"]
 # How many times longer than in a release things may take: sanitizers are slow.
 TIMEOUT_FACTOR = float(os.environ.get("CARILLON_TIMEOUT_FACTOR", "1"))
 CONFIGS = pathlib.Path(__file__).resolve().parents[2] / "configs"
+DOCS = pathlib.Path(__file__).resolve().parents[2] / "docs"
 
 
 def run(*arguments, ranks=None, cwd=None, timeout=400):
@@ -35,6 +37,14 @@ def run_json(*arguments, **options):
     if result.returncode != 0:
         raise AssertionError(f"exit {result.returncode}: {result.stderr}")
     return json.loads(result.stdout)
+
+
+def docs_block(page, language, word):
+    """The one fenced block of a page of docs/ that has a word."""
+    blocks = re.findall(rf"^```{language}\n(.*?)^```", (DOCS / page).read_text(), re.DOTALL | re.MULTILINE)
+    found = [block for block in blocks if word in block]
+    assert len(found) == 1, (page, word, len(found))
+    return found[0]
 
 
 def processor_seconds():

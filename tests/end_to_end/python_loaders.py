@@ -12,7 +12,7 @@ import unittest
 
 import h5py
 import numpy
-from program import FolderTest, run, run_json
+from program import FolderTest, docs_block, run, run_json
 
 try:
     import soundfile  # noqa: F401
@@ -21,7 +21,6 @@ try:
 except ImportError:
     torch = None
 
-DOCS = pathlib.Path(__file__).resolve().parents[2] / "docs"
 CONFIG = """
 name: smoke
 seed: 4
@@ -38,18 +37,6 @@ split: {validation: 0.3, test: 0.3}
 """
 
 
-def blocks(page, language):
-    """Fenced blocks of a page of docs/, in order."""
-    return re.findall(rf"^```{language}\n(.*?)^```", (DOCS / page).read_text(), re.DOTALL | re.MULTILINE)
-
-
-def the_block(page, language, word):
-    """The one block that has a word."""
-    found = [block for block in blocks(page, language) if word in block]
-    assert len(found) == 1, (page, word, len(found))
-    return found[0]
-
-
 class DatasetTest(FolderTest):
     @classmethod
     def setUpClass(cls):
@@ -61,8 +48,8 @@ class DatasetTest(FolderTest):
             cls.columns |= {name: index[name].asstr()[:] for name in
                             ("key", "material", "shape", "split_shape", "split_strike")}
             cls.voxels = index["shapes/voxels"][:]
-        cls.write(cls, "struck.py", the_block("python.md", "python", "class Struck"))
-        cls.write(cls, "shards.py", the_block("python.md", "python", "class Shards"))
+        cls.write(cls, "struck.py", docs_block("python.md", "python", "class Struck"))
+        cls.write(cls, "shards.py", docs_block("python.md", "python", "class Shards"))
         sys.path.insert(0, str(cls.folder))
 
     @classmethod
@@ -83,7 +70,7 @@ class DatasetTest(FolderTest):
 
 class NumPy(DatasetTest):
     def test_reads_rows_and_bodies(self):
-        names = self.run_block(the_block("python.md", "python", "flatnonzero(index[\"split_shape\"].asstr()"
+        names = self.run_block(docs_block("python.md", "python", "flatnonzero(index[\"split_shape\"].asstr()"
                                          "[:] == \"train\")"))
         train = self.rows("split_shape", "train")
         self.assertGreater(len(train), 0)
@@ -169,12 +156,12 @@ class Torch(DatasetTest):
             self.assertEqual(data.classes[data[i][1]], self.columns["shape"][row])
 
     def test_the_loop_as_it_stands(self):
-        names = self.run_block(the_block("python.md", "python", "for audio, material in loader"))
+        names = self.run_block(docs_block("python.md", "python", "for audio, material in loader"))
         self.assertEqual(names["audio"].shape[1:], self.columns["audio"].shape[1:])
         del names["loader"]
 
     def test_log_mel(self):
-        log_mel = self.run_block(the_block("python.md", "python", "def log_mel"))["log_mel"]
+        log_mel = self.run_block(docs_block("python.md", "python", "def log_mel"))["log_mel"]
         mel = self.columns["mel"].astype(float)
         loudest = mel.max(axis=(1, 2), keepdims=True)
         with numpy.errstate(divide="ignore"):
@@ -228,7 +215,7 @@ class Torch(DatasetTest):
 class Cpp(DatasetTest):
     def compile(self):
         """The program of docs/cpp.md by the command in its first lines."""
-        code = the_block("cpp.md", "cpp", "int main")
+        code = docs_block("cpp.md", "cpp", "int main")
         self.write("listen.cpp", code)
         command = re.search(r"^//\s+(g\+\+ .*)$", code, re.MULTILINE)[1]
         done = subprocess.run(["bash", "-c", command.replace("g++", "g++ -Wall -Wextra -Werror")],
@@ -256,8 +243,8 @@ class Cpp(DatasetTest):
     def test_compiles_with_cmake(self):
         place = self.folder / "with-cmake"
         place.mkdir()
-        (place / "listen.cpp").write_text(the_block("cpp.md", "cpp", "int main"))
-        (place / "CMakeLists.txt").write_text(the_block("cpp.md", "cmake", "project"))
+        (place / "listen.cpp").write_text(docs_block("cpp.md", "cpp", "int main"))
+        (place / "CMakeLists.txt").write_text(docs_block("cpp.md", "cmake", "project"))
         for words in (("cmake", "-S", ".", "-B", "build"), ("cmake", "--build", "build")):
             done = subprocess.run(words, cwd=place, capture_output=True, text=True)
             self.assertEqual(done.returncode, 0, done.stderr)

@@ -24,8 +24,8 @@ void expect_sound(const solvers::modes::Modes& modes, double residual) {
   EXPECT_TRUE(certificate.count_verified);
   EXPECT_EQ(certificate.modes_found, static_cast<std::int64_t>(modes.size()));
   EXPECT_TRUE(std::is_sorted(modes.eigenvalues.begin(), modes.eigenvalues.end()));
-  EXPECT_TRUE(modes.shapes.allFinite());
-  EXPECT_EQ(modes.shapes.rows(), static_cast<Eigen::Index>(modes.size()));
+  EXPECT_TRUE(modes.shapes.values().allFinite());
+  EXPECT_EQ(modes.shapes.modes(), static_cast<Eigen::Index>(modes.size()));
   if (modes.pitch_errors.empty()) return;
   ASSERT_EQ(modes.pitch_errors.size(), modes.size());
   for (std::size_t k = 0; k < modes.size(); ++k) {

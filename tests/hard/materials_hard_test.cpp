@@ -124,12 +124,11 @@ double axial_root(const solvers::elements::Elastic& first, const solvers::elemen
 std::vector<std::size_t> axial_modes(const solvers::modes::Modes& modes) {
   std::vector<std::size_t> out;
   for (std::size_t k = 0; k < modes.size(); ++k) {
-    float across = 0, along = 0;
-    for (Eigen::Index i = 0; i < modes.shapes.cols(); ++i) {
-      auto& sum = i % 3 == 2 ? along : across;
-      sum += std::pow(modes.shapes(static_cast<Eigen::Index>(k), i), 2.0F);
-    }
-    if (across < 1e-3F * along) out.push_back(k);
+    const Eigen::VectorXd shape = modes.shapes.of(static_cast<Eigen::Index>(k));
+    double across = 0, along = 0;
+    for (Eigen::Index i = 0; i < shape.size(); ++i)
+      (i % 3 == 2 ? along : across) += std::pow(shape[i], 2);
+    if (across < 1e-3 * along) out.push_back(k);
   }
   return out;
 }

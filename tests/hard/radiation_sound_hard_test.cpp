@@ -137,7 +137,9 @@ TEST(RadiationHard, NoModesAndNoListeners) {
   const auto one = sphere_modes(sphere(), fixed_radius, 0, {1});
   EXPECT_EQ(heard_radiation(one, {}, coarse()).radiated.pressure.rows(), 0);
   auto broken = one;
-  broken.shapes(0, 5) = std::nanf("");
+  solvers::modes::ModeShapes::Rows shapes = one.shapes.at_nodes();
+  shapes(0, 5) = std::nanf("");
+  broken.shapes = solvers::modes::ModeShapes(shapes);
   EXPECT_THROW(heard_radiation(broken, listeners, coarse()), core::InputError);
   broken = one;
   broken.eigenvalues[0] = -1;

@@ -89,10 +89,11 @@ TEST(Hard, CubeOnAnUnsymmetricMesh) {
 /// Sum over a cluster of phi phi^T, at a few nodes of the surface: what a strike sees of it.
 Eigen::MatrixXd projector(const solvers::modes::Modes& modes, const Cluster& cluster) {
   Eigen::MatrixXd sample(static_cast<Eigen::Index>(cluster.count), 30);
-  for (Eigen::Index row = 0; row < sample.rows(); ++row)
-    for (Eigen::Index c = 0; c < sample.cols(); ++c)
-      sample(row, c) = static_cast<double>(modes.shapes(
-          static_cast<Eigen::Index>(cluster.first) + row, 17 * c % modes.shapes.cols()));
+  for (Eigen::Index row = 0; row < sample.rows(); ++row) {
+    const Eigen::VectorXd shape =
+        modes.shapes.of(static_cast<Eigen::Index>(cluster.first) + row);
+    for (Eigen::Index c = 0; c < sample.cols(); ++c) sample(row, c) = shape[17 * c % shape.size()];
+  }
   return sample.transpose() * sample;
 }
 
@@ -151,7 +152,7 @@ TEST(Hard, PairsOfARingAndABowl) {
     ASSERT_EQ(modes.size(), truth.size());
     EXPECT_LT(worst_cents(found, frequencies(truth), found.size()), body.max_cents);
     for (const auto& cluster : clusters_of(frequencies(truth), 1e-9)) {
-      EXPECT_EQ(cluster.count, truth.harmonics[cluster.first] == 0 ? 1u : 2u);
+      EXPECT_EQ(cluster.count, truth.shapes.waves()[cluster.first].harmonic == 0 ? 1u : 2u);
       EXPECT_LT(spread(found, cluster), body.max_spread) << found[cluster.first] << " Hz";
     }
   }

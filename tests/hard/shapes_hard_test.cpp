@@ -205,11 +205,9 @@ TEST(Hard, AMicrometreAndAHundredMetres) {
                     0.06 * truth.pitch_errors[k] + 1e-3);
       }
       const auto row = static_cast<Eigen::Index>(k);
-      apart = std::max<double>(apart, (modes.shapes.row(row) * static_cast<float>(std::sqrt(mass)) -
-                                       truth.shapes.row(row))
-                                              .cwiseAbs()
-                                              .maxCoeff() /
-                                          truth.shapes.row(row).cwiseAbs().maxCoeff());
+      const Eigen::VectorXd shape = std::sqrt(mass) * modes.shapes.of(row);
+      const Eigen::VectorXd right = truth.shapes.of(row);
+      apart = std::max(apart, (shape - right).cwiseAbs().maxCoeff() / right.cwiseAbs().maxCoeff());
     }
     EXPECT_LT(apart, 1e-5);
   }

@@ -115,7 +115,7 @@ TEST(Reference, OraclesAgreeWithPublishedTables) {
 /// Lame's mode of a square cross-section, u = (cos kx sin ky, -sin kx cos ky, 0) with k = pi / a,
 /// is an exact mode of a free box of any depth: frequency c_T / (sqrt(2) a). Found by its shape.
 double lame_mode(const solvers::modes::Modes& modes, double side) {
-  Eigen::VectorXf exact(modes.shapes.cols());
+  Eigen::VectorXf exact(3 * modes.shapes.nodes());
   for (std::size_t n = 0; n < modes.surface.nodes.size(); ++n) {
     const Vec3 angle = modes.surface.nodes[n] * std::numbers::pi / side;
     exact.segment<3>(3 * static_cast<Eigen::Index>(n)) =
@@ -124,7 +124,7 @@ double lame_mode(const solvers::modes::Modes& modes, double side) {
   }
   exact.normalize();
   Eigen::Index best = 0;
-  const Eigen::VectorXf likeness = (modes.shapes.rowwise().normalized() * exact).cwiseAbs();
+  const Eigen::VectorXf likeness = (modes.shapes.at_nodes().rowwise().normalized() * exact).cwiseAbs();
   EXPECT_GT(likeness.maxCoeff(&best), 0.9);
   return modes.frequency(static_cast<std::size_t>(best));
 }

@@ -56,9 +56,8 @@ double outside_of(const solvers::modes::Modes& set, const solvers::modes::Modes&
       near.push_back(static_cast<Eigen::Index>(k));
     }
   }
-  const Eigen::MatrixXd span = other.shapes(near, Eigen::all).cast<double>().transpose();
-  const Eigen::VectorXd shape =
-      set.shapes.row(static_cast<Eigen::Index>(mode)).cast<double>().transpose();
+  const Eigen::MatrixXd span = other.shapes.select(near).at_nodes().cast<double>().transpose();
+  const Eigen::VectorXd shape = set.shapes.of(static_cast<Eigen::Index>(mode));
   const Eigen::VectorXd left = shape - span * span.colPivHouseholderQr().solve(shape);
   return left.norm() / shape.norm();
 }

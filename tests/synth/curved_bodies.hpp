@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <utility>
 
 #include "solvers/elements/lagrange.hpp"
 #include "solvers/modes/modes.hpp"
@@ -59,6 +60,19 @@ inline void append(solvers::modes::ModeSurface& surface, const solvers::modes::M
   for (const std::int32_t node : more.faces) surface.faces.push_back(node + shift);
 }
 
+/// The same shapes where the body is turned: displacements at each node, not its place.
+inline solvers::modes::ModeShapes turned_shapes(const solvers::modes::ModeShapes& shapes,
+                                                const Eigen::Matrix3d& turn) {
+  solvers::modes::ModeShapes::Rows rows = shapes.at_nodes();
+  for (Eigen::Index i = 0; i < rows.rows(); ++i) {
+    for (Eigen::Index a = 0; a < rows.cols(); a += 3) {
+      const Vec3 value = turn * rows.block<1, 3>(i, a).transpose().cast<double>();
+      rows.block<1, 3>(i, a) = value.transpose().cast<float>();
+    }
+  }
+  return solvers::modes::ModeShapes(std::move(rows));
+}
+
 /// Modes of a one-region body with shapes given by `shape(mode, position)` [kg^-1/2].
 template <class Shape>
 solvers::modes::Modes modes_with(const solvers::modes::ModeSurface& surface,
@@ -69,14 +83,14 @@ solvers::modes::Modes modes_with(const solvers::modes::ModeSurface& surface,
   modes.surface = surface;
   modes.kinetic_fraction = Eigen::MatrixXd::Ones(count, 1);
   modes.strain_fraction = Eigen::MatrixXd::Ones(count, 1);
-  modes.shapes.resize(count, 3 * static_cast<Eigen::Index>(surface.nodes.size()));
+  solvers::modes::ModeShapes::Rows rows(count, 3 * static_cast<Eigen::Index>(surface.nodes.size()));
   for (Eigen::Index i = 0; i < count; ++i) {
     for (std::size_t a = 0; a < surface.nodes.size(); ++a) {
       const Vec3 value = shape(static_cast<int>(i), surface.nodes[a]);
-      modes.shapes.block<1, 3>(i, 3 * static_cast<Eigen::Index>(a)) =
-          value.transpose().cast<float>();
+      rows.block<1, 3>(i, 3 * static_cast<Eigen::Index>(a)) = value.transpose().cast<float>();
     }
   }
+  modes.shapes = solvers::modes::ModeShapes(std::move(rows));
   return modes;
 }
 

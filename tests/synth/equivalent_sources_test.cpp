@@ -188,12 +188,7 @@ TEST(EquivalentSources, TurnWithTheBody) {
   std::vector<modal::Listener> listeners = {{{0.02, 0.05, 0.12}}};
   const auto before = heard_radiation(modes, listeners);
   for (Vec3& node : modes.surface.nodes) node = turn * node;
-  for (Eigen::Index i = 0; i < modes.shapes.rows(); ++i) {
-    for (Eigen::Index node = 0; node < modes.shapes.cols() / 3; ++node) {
-      const Vec3 shape = modes.shapes.block<1, 3>(i, 3 * node).transpose().cast<double>();
-      modes.shapes.block<1, 3>(i, 3 * node) = (turn * shape).transpose().cast<float>();
-    }
-  }
+  modes.shapes = turned_shapes(modes.shapes, turn);
   listeners[0].position = turn * listeners[0].position;
   const auto after = heard_radiation(modes, listeners);
   for (Eigen::Index mode = 0; mode < 2; ++mode) {

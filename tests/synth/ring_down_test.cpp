@@ -126,11 +126,12 @@ TEST(RingDown, IgnoresSignsAndBasesOfPairs) {
     const double angle = *rc::gen::inRange(0, 6283) * 1e-3;
     const std::int32_t face = *rc::gen::inRange(0, 32);
     solvers::modes::Modes turned = modes;
-    turned.shapes.row(0) *= -1;
-    turned.shapes.row(1) =
-        float(std::cos(angle)) * modes.shapes.row(1) + float(std::sin(angle)) * modes.shapes.row(2);
-    turned.shapes.row(2) = float(-std::sin(angle)) * modes.shapes.row(1) +
-                           float(std::cos(angle)) * modes.shapes.row(2);
+    const solvers::modes::ModeShapes::Rows before = modes.shapes.at_nodes();
+    solvers::modes::ModeShapes::Rows after = before;
+    after.row(0) *= -1;
+    after.row(1) = float(std::cos(angle)) * before.row(1) + float(std::sin(angle)) * before.row(2);
+    after.row(2) = float(-std::sin(angle)) * before.row(1) + float(std::cos(angle)) * before.row(2);
+    turned.shapes = solvers::modes::ModeShapes(after);
     const std::vector<double> d(4, 3.0);
     const modal::Strike strike = inward_strike(modes, {face, {0.1, 0.6, 0.3}});
     const std::vector<modal::Listener> far = {{{1, 0.5, 0.2}}};
@@ -161,12 +162,7 @@ TEST(RingDown, DoesNotDependOnWhereTheBodyLiesAndHowItIsTurned) {
   const Vec3 shift(3, -2, 1);
   solvers::modes::Modes moved = modes;
   for (Vec3& node : moved.surface.nodes) node = turn * node + shift;
-  for (Eigen::Index i = 0; i < moved.shapes.rows(); ++i) {
-    for (Eigen::Index a = 0; a < moved.shapes.cols(); a += 3) {
-      const Vec3 value = turn * modes.shapes.block<1, 3>(i, a).transpose().cast<double>();
-      moved.shapes.block<1, 3>(i, a) = value.transpose().cast<float>();
-    }
-  }
+  moved.shapes = turned_shapes(modes.shapes, turn);
   const std::vector<double> d(3, 2.0);
   const modal::Strike strike = inward_strike(modes, somewhere);
   const modal::Strike moved_strike = inward_strike(moved, somewhere);

@@ -61,8 +61,8 @@ TurnedSurface::TurnedSurface(const mesh::MeridianMesh& mesh, int highest_harmoni
     std::size_t before = first;
     for (int part = 0; part < parts; ++part) {
       // Rings inside of a fan have one node more in each sector than the ring nearer to the axis.
-      const bool starts_on_axis = part == 0 && rings_[first].around == 1;
-      const bool ends_on_axis = part == parts - 1 && rings_[last].around == 1;
+      const bool starts_on_axis = part == 0 && rings_[first].nodes.around == 1;
+      const bool ends_on_axis = part == parts - 1 && rings_[last].nodes.around == 1;
       std::array<std::size_t, 4> rings{};
       rings[0] = before;
       for (int k = 1; k < face_order; ++k) {
@@ -83,16 +83,14 @@ TurnedSurface::TurnedSurface(const mesh::MeridianMesh& mesh, int highest_harmoni
 }
 
 std::size_t TurnedSurface::add_ring(std::int32_t edge, double t, int around) {
-  Ring ring{edge, elements::line_shapes(mesh_.order, t).values, around,
-            static_cast<std::int32_t>(surface_.nodes.size())};
+  Ring ring{edge, elements::line_shapes(mesh_.order, t).values,
+            {static_cast<std::int32_t>(surface_.nodes.size()), around}};
   const Vec2 place = at(ring);
-  std::vector<Vec2>& circle = circles_[around];
-  for (int k = static_cast<int>(circle.size()); k < around; ++k) {
+  for (int k = 0; k < around; ++k) {
     const double angle = full_turn * k / around;
-    circle.emplace_back(std::cos(angle), std::sin(angle));
+    surface_.nodes.emplace_back(place.x() * std::cos(angle), place.x() * std::sin(angle),
+                                place.y());
   }
-  for (const Vec2& direction : circle)
-    surface_.nodes.emplace_back(place.x() * direction.x(), place.x() * direction.y(), place.y());
   rings_.push_back(std::move(ring));
   return rings_.size() - 1;
 }
@@ -118,7 +116,7 @@ void TurnedSurface::add_band(const std::array<std::size_t, 4>& rings, int sector
           return (l[0] * corner[0][axis] + l[1] * corner[1][axis] + l[2] * corner[2][axis]) /
                  face_order;
         };
-        const Ring& ring = rings_[rings[static_cast<std::size_t>(place(1))]];
+        const modes::NodeRing& ring = rings_[rings[static_cast<std::size_t>(place(1))]].nodes;
         surface_.faces.push_back(ring.first + (face_order * sector + place(0)) % ring.around);
       }
     }
@@ -130,36 +128,30 @@ void TurnedSurface::add_fan(const std::array<std::size_t, 4>& rings, int sectors
     for (const auto& l : elements::triangle_lattice(face_order)) {
       // Corner 0 is the apex; 1 and 2 follow each other around so that the face looks outward.
       const int away = face_order - l[0];
-      const Ring& ring = rings_[rings[static_cast<std::size_t>(apex_first ? away : l[0])]];
+      const modes::NodeRing& ring =
+          rings_[rings[static_cast<std::size_t>(apex_first ? away : l[0])]].nodes;
       const int along = apex_first ? l[1] : l[2];
       surface_.faces.push_back(ring.first + (away * sector + along) % ring.around);
     }
   }
 }
 
-Eigen::VectorXd TurnedSurface::evaluate(int n, const Eigen::Ref<const Eigen::VectorXd>& unknowns,
-                                        bool turned) const {
+std::vector<modes::NodeRing> TurnedSurface::rings() const {
+  std::vector<modes::NodeRing> out;
+  for (const Ring& ring : rings_) out.push_back(ring.nodes);
+  return out;
+}
+
+Eigen::VectorXd TurnedSurface::amplitudes(
+    const Eigen::Ref<const Eigen::VectorXd>& unknowns) const {
   const auto fields = cylinder_fields(unknowns);
-  Eigen::VectorXd out(3 * static_cast<Eigen::Index>(surface_.nodes.size()));
-  for (const Ring& ring : rings_) {
-    double u = 0, v = 0, w = 0;
-    const auto* node = edge_nodes(mesh_, ring.edge);
-    for (Eigen::Index k = 0; k < ring.weights.size(); ++k) {
-      u += ring.weights[k] * fields.radial[node[k]];
-      v += ring.weights[k] * fields.around[node[k]];
-      w += ring.weights[k] * fields.axial[node[k]];
-    }
-    const std::vector<Vec2>& circle = circles_.at(ring.around);
-    for (int k = 0; k < ring.around; ++k) {
-      const Vec2& direction = circle[static_cast<std::size_t>(k)];
-      const Vec2& phase = circle[static_cast<std::size_t>(n * k % ring.around)];
-      const double c = phase.x(), s = phase.y();
-      // n = 0 has no turned mode, and its rotation goes with the cosine.
-      const double radial = u * (turned ? s : c), axial = w * (turned ? s : c);
-      const double tangential = n == 0 ? v : turned ? -v * c : v * s;
-      out.segment<3>(3 * (ring.first + k)) =
-          Vec3(radial * direction.x() - tangential * direction.y(),
-               radial * direction.y() + tangential * direction.x(), axial);
+  Eigen::VectorXd out = Eigen::VectorXd::Zero(3 * static_cast<Eigen::Index>(rings_.size()));
+  for (std::size_t r = 0; r < rings_.size(); ++r) {
+    const auto* node = edge_nodes(mesh_, rings_[r].edge);
+    auto on_ring = out.segment<3>(3 * static_cast<Eigen::Index>(r));
+    for (Eigen::Index k = 0; k < rings_[r].weights.size(); ++k) {
+      on_ring += rings_[r].weights[k] *
+                 Vec3(fields.radial[node[k]], fields.around[node[k]], fields.axial[node[k]]);
     }
   }
   return out;

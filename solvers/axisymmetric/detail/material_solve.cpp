@@ -176,7 +176,9 @@ modes::Modes MaterialSolve::modes_on(const TurnedSurface& surface) const {
   modes.mass = mass_of(forms_);
   modes.surface = surface.surface();
   const auto rows = static_cast<Eigen::Index>(kept_);
-  modes.shapes.resize(rows, 3 * static_cast<Eigen::Index>(modes.surface.nodes.size()));
+  const std::vector<modes::NodeRing> rings = surface.rings();
+  modes::ModeShapes::Rows amplitudes(rows, 3 * static_cast<Eigen::Index>(rings.size()));
+  std::vector<modes::CircumferentialWave> waves;
   modes.kinetic_fraction = modes.strain_fraction = Eigen::MatrixXd::Ones(rows, 1);
   const auto& scales = forms_.scales;
   const double to_si = 1 / std::sqrt(scales.density * std::pow(scales.length, 3));
@@ -185,17 +187,18 @@ modes::Modes MaterialSolve::modes_on(const TurnedSurface& surface) const {
     const auto& harmonic = harmonics_[mode.harmonic];
     modes.eigenvalues.push_back(mode.eigenvalue);
     modes.residuals.push_back(harmonic.residuals[mode.pair]);
-    modes.harmonics.push_back(harmonic.n);
+    waves.push_back({harmonic.n, mode.turned ? 1 : 0});
     if (options_.estimate_errors) modes.pitch_errors.push_back(mode.pitch_error);
-    Eigen::VectorXd shape = surface.evaluate(
-        harmonic.n, harmonic.vectors.col(static_cast<Eigen::Index>(mode.pair)), mode.turned);
+    const Eigen::VectorXd shape =
+        surface.amplitudes(harmonic.vectors.col(static_cast<Eigen::Index>(mode.pair)));
     const double largest = shape.cwiseAbs().maxCoeff();
     const auto leading = std::find_if(shape.begin(), shape.end(), [largest](double v) {
       return std::abs(v) >= (1 - 1e-6) * largest;
     });
     const double sign = leading != shape.end() && *leading < 0 ? -to_si : to_si;
-    modes.shapes.row(static_cast<Eigen::Index>(k)) = (sign * shape).cast<float>().transpose();
+    amplitudes.row(static_cast<Eigen::Index>(k)) = (sign * shape).cast<float>().transpose();
   }
+  modes.shapes = modes::ModeShapes(std::move(amplitudes), rings, std::move(waves));
   certify(modes);
   return modes;
 }

@@ -21,7 +21,7 @@ constexpr double still_gain = 1e-7;
 
 modal::Readout mean_square_velocity(const solvers::modes::Modes& modes) {
   const surface::OuterTriangles surface = surface::outer_triangles(modes.surface, pieces);
-  const Eigen::MatrixXd flux = modes.shapes.cast<double>() * surface.flux_weights;
+  const Eigen::MatrixXd flux = modes.shapes.at_nodes().cast<double>() * surface.flux_weights;
   modal::Readout readout;
   readout.delays = {0.0};
   readout.velocity = Eigen::MatrixXd::Zero(1, flux.rows());
