@@ -2,9 +2,11 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <bit>
 #include <limits>
 #include <type_traits>
 
+#include "core/detail/byte_planes.hpp"
 #include "core/detail/hdf5_detail.hpp"
 #include "core/hdf5.hpp"
 
@@ -76,6 +78,16 @@ void select_rows(hid_t space, const Extent& extent, std::uint64_t first, std::ui
   H5Sselect_hyperslab(space, H5S_SELECT_SET, start.data(), nullptr, size.data(), nullptr);
 }
 
+/// Rows of a chunk.
+std::uint64_t chunk_rows(const Extent& extent, const StorageOptions& storage,
+                         std::size_t element_size) {
+  // HDF5 takes no chunk of 4 GiB or more; compressed it may be somewhat longer.
+  constexpr std::uint64_t largest_chunk = std::numeric_limits<std::int32_t>::max();
+  const std::uint64_t row_bytes = product(extent, 1) * element_size;
+  const std::uint64_t fitting = std::max<std::uint64_t>(1, largest_chunk / row_bytes);
+  return std::min({storage.chunk_rows, extent[0], fitting});
+}
+
 /// Chunks of whole rows; without chunks the array lies in one piece.
 void set_storage(hid_t properties, const std::string& file, const std::string& name,
                  const Extent& extent, const StorageOptions& storage, std::size_t element_size) {
@@ -86,12 +98,8 @@ void set_storage(hid_t properties, const std::string& file, const std::string& n
     refuse(file, name, "compression needs chunks (chunk_rows)");
   }
   if (storage.chunk_rows == 0 || extent.empty() || product(extent) == 0) return;
-  // HDF5 takes no chunk of 4 GiB or more.
-  constexpr std::uint64_t largest_chunk = std::numeric_limits<std::uint32_t>::max();
-  const std::uint64_t row_bytes = product(extent, 1) * element_size;
-  const std::uint64_t fitting = std::max<std::uint64_t>(1, largest_chunk / row_bytes);
   auto chunk = sizes(extent);
-  chunk[0] = std::min({storage.chunk_rows, extent[0], fitting});
+  chunk[0] = chunk_rows(extent, storage, element_size);
   check(H5Pset_chunk(properties, static_cast<int>(chunk.size()), chunk.data()), file, name,
         "cannot be chunked");
   if (storage.deflate == 0) return;
@@ -156,6 +164,35 @@ void write_values(hid_t dataset, hid_t memory_space, hid_t file_space, const std
   }
 }
 
+/// Deflates the chunks of a dataset here, with less work than HDF5's own filter and to the same
+/// effect for who reads them. Chunks that do not shrink are left shuffled alone.
+template <class T>
+void write_chunks(hid_t dataset, const std::string& file, const std::string& name,
+                  std::span<const T> values, const Extent& extent, const StorageOptions& storage) {
+  const std::uint64_t row = product(extent, 1);
+  const std::uint64_t rows = chunk_rows(extent, storage, sizeof(T));
+  constexpr std::uint32_t without_deflate = 2;  // the second filter
+  for (std::uint64_t first = 0; first < extent[0]; first += rows) {
+    const auto given = values.subspan(first * row, std::min(rows, extent[0] - first) * row);
+    // The last chunk is as long as the others.
+    std::vector<T> chunk(given.begin(), given.end());
+    chunk.resize(rows * row);
+    const std::vector<unsigned char> planes =
+        byte_planes({reinterpret_cast<const unsigned char*>(chunk.data()),  // NOLINT: bytes of numbers
+                     chunk.size() * sizeof(T)},
+                    sizeof(T));
+    const std::vector<unsigned char> deflated =
+        deflate_planes(planes, sizeof(T), storage.deflate);
+    const bool shrinks = deflated.size() < planes.size();
+    const std::vector<unsigned char>& kept = shrinks ? deflated : planes;
+    std::vector<hsize_t> place(extent.size(), 0);
+    place[0] = first;
+    check(H5Dwrite_chunk(dataset, H5P_DEFAULT, shrinks ? 0 : without_deflate, place.data(),
+                         kept.size(), kept.data()),
+          file, name, "cannot be written");
+  }
+}
+
 template <class T>
 std::vector<T> read_values(const Dataset& dataset, hid_t memory_space, hid_t file_space,
                            std::uint64_t count, const std::string& file, const std::string& name) {
@@ -194,6 +231,11 @@ void Hdf5Group::write(const std::string& name, std::span<const T> values, const 
            fmt::format("{} values do not fill an array of {}", values.size(), shape_text(extent)));
   }
   const Hdf5Object dataset = make_dataset<T>(id_.get(), file_, name, extent, storage, false);
+  // Elements lie in the file as they lie in memory.
+  if constexpr (std::is_arithmetic_v<T> && std::endian::native == std::endian::little) {
+    if (storage.deflate > 0 && !values.empty() && !extent.empty())
+      return write_chunks(dataset.get(), file_, name, values, extent, storage);
+  }
   write_values(dataset.get(), H5S_ALL, H5S_ALL, file_, name, values);
 }
 
