@@ -94,6 +94,13 @@ MelSpectrogram::MelSpectrogram(const MelOptions& options)
       filters_(mel_filters(options_)),
       fft_(static_cast<std::size_t>(options_.fft_size)) {
   const auto size = static_cast<std::size_t>(options_.fft_size);
+  const std::size_t bins = size / 2 + 1;
+  for (std::size_t first = 0; first < filters_.size(); first += bins) {
+    std::size_t begin = first, end = first + bins;
+    while (begin < end && filters_[begin] == 0) ++begin;
+    while (end > begin && filters_[end - 1] == 0) --end;
+    within_.push_back({begin - first, end - first});
+  }
   window_.resize(size);
   for (std::size_t i = 0; i < size; ++i) {
     // Periodic Hann: its period is the window's length.
@@ -126,7 +133,7 @@ std::vector<float> MelSpectrogram::operator()(std::span<const float> clip) const
     }
     for (std::size_t band = 0; band < bands; ++band) {
       double sum = 0;
-      for (std::size_t bin = 0; bin < bins; ++bin) {
+      for (std::size_t bin = within_[band][0]; bin < within_[band][1]; ++bin) {
         sum += static_cast<double>(filters_[band * bins + bin]) * power[bin];
       }
       result[band * frames + frame] = static_cast<float>(sum);

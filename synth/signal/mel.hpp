@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <span>
 #include <vector>
 
@@ -38,6 +39,7 @@ class MelSpectrogram {
  private:
   MelOptions options_;
   std::vector<float> filters_;
+  std::vector<std::array<std::size_t, 2>> within_;  ///< of each band, first bin of weight and end
   std::vector<double> window_;
   mutable RealFft fft_;
 };
