@@ -71,8 +71,8 @@ void read_profile(ConfigNode& node, const std::string& file_name, Object& object
     ProfileOptions options;
     if (std::string_view(key) == "svg") {
       options.height = node.not_negative("svg_height", Dimension::length, 0);
-      options.axis = node.text("svg_axis", "");
-      options.outline = node.text("svg_id", "");
+      options.axis = node.text("profile_axis", "");
+      options.outline = node.text("profile_id", "");
     }
     const double length = node.not_negative("length", Dimension::length, 0);
     at_key(node, key, [&] { object.profile = profile_from(object.profile_file, options, length); });

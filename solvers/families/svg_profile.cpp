@@ -107,7 +107,7 @@ ProfilePolygon chosen_outline(const SvgDrawing& drawing, const std::string& id) 
   if (!solid.empty())
     throw core::InputError(
         fmt::format("it has {} outlines: {}", solid.size(), fmt::join(names, ", ")),
-        "a profile is one of them: name it (svg_id), or leave the others out");
+        "a profile is one of them: name it as profile_id, or leave the others out");
   if (!id.empty())
     throw core::InputError(
         fmt::format("it has no outline \"{}\" with an area", id),
@@ -125,11 +125,13 @@ void put_on_axis(const std::string& axis, ProfilePolygon& polygon) {
   }
   double at = 0;
   if (axis.empty()) {
-    if (low > 1e-6 * high)
+    const double near = 1e-6 * std::max(std::abs(low), std::abs(high));
+    if (low > near || high < -near)
       throw core::InputError(
           fmt::format("the outline reaches from x = {:.6g} to {:.6g}, and its axis is not given",
                       low, high),
-          "give its axis: left, where that side lies on it, or x=0, where a bore is meant");
+          "give it as profile_axis, left or right where that side lies on it, x=0 where a bore is "
+          "meant");
   } else if (axis == "left") {
     at = low;
   } else if (axis == "right") {
@@ -146,7 +148,7 @@ void put_on_axis(const std::string& axis, ProfilePolygon& polygon) {
     throw core::InputError(
         fmt::format("the outline reaches from {:.6g} to {:.6g} across the axis at x = {:.6g}", low,
                     high, at),
-        "draw half of the section, or say where the axis is (svg_axis: left)");
+        "draw half of the section, or give the axis as profile_axis, such as x=12");
   for (auto& p : polygon) p[0] = is_left ? at - p[0] : p[0] - at;
 }
 
