@@ -3,7 +3,7 @@ import json
 import unittest
 
 import h5py
-from program import FolderTest, run_json
+from program import FolderTest, run, run_json
 
 # Between what the matrices of SMALL take and what their factor would take beside them.
 LIMIT = "10 MiB"
@@ -76,6 +76,36 @@ class Solver(FolderTest):
         versions = json.loads((output / "dataset.json").read_text())["versions"]
         for library in ("petsc", "slepc", "metis", "cholmod", "mumps", "blas"):
             self.assertRegex(versions[library], r"\d", library)
+
+
+DRAWING = """<svg xmlns="http://www.w3.org/2000/svg" width="40mm" height="60mm" viewBox="0 0 40 60">
+<rect x="10" y="5" width="2" height="50"/></svg>"""
+
+
+class Drawings(FolderTest):
+    """A wall of 2 by 50 mm, drawn away from the edge."""
+
+    def test_an_outline_beside_the_axis_asks_for_it(self):
+        drawing = self.write("wall.svg", DRAWING)
+        asked = run("modes", drawing, "-m", "steel")
+        self.assertEqual(asked.returncode, 3, asked.stderr)
+        self.assertIn("from x = 10 to 12, and its axis is not given", asked.stderr)
+        self.assertIn("--profile-axis", asked.stderr)
+        config = self.write("wall.yaml", "objects: [{shape: turned, svg: wall.svg, materials: [steel]}]\n"
+                                         "strikes: {per_object: 1}\n")
+        planned = run("plan", config)
+        self.assertNotEqual(planned.returncode, 0)
+        self.assertIn("profile_axis", planned.stderr)
+        self.assertNotIn("--profile-axis", planned.stderr)
+
+    def test_its_axis_makes_it_a_rod_or_a_tube(self):
+        drawing = self.write("wall.svg", DRAWING)
+        mass = {}
+        for axis in ("left", "x=0"):
+            found = run_json("modes", drawing, "-m", "steel", "--profile-axis", axis, "--max-frequency", "9 kHz")
+            self.assertEqual(found["solver"]["name"], "axisymmetric")
+            mass[axis] = found["mass_kg"]
+        self.assertAlmostEqual(mass["x=0"] / mass["left"], (12**2 - 10**2) / 2**2, 6)
 
 
 if __name__ == "__main__":
