@@ -130,8 +130,8 @@ void put_on_axis(const std::string& axis, ProfilePolygon& polygon) {
       throw core::InputError(
           fmt::format("the outline reaches from x = {:.6g} to {:.6g}, and its axis is not given",
                       low, high),
-          "give it as profile_axis, left or right where that side lies on it, x=0 where a bore is "
-          "meant");
+          "give it as profile_axis (left or right where that side lies on it, x=0 where a bore is "
+          "meant)");
   } else if (axis == "left") {
     at = low;
   } else if (axis == "right") {
