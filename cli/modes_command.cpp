@@ -125,9 +125,10 @@ void print_table(const scene::SolvedObject& object, const synth::damping::DecayR
              certificate.components, certificate.components == 1 ? "" : "s",
              certificate.max_residual);
   if (estimated) print_pitch_errors(object.modes.pitch_errors);
-  const std::string size = !harmonics.empty() ? fmt::format("{} unknowns to a harmonic", certificate.unknowns)
-                                  : fmt::format("{} elements, {} unknowns",
-                                                object.mesh.quality.elements, certificate.unknowns);
+  const std::string size = !harmonics.empty()
+                               ? fmt::format("{} unknowns to a harmonic", certificate.unknowns)
+                               : fmt::format("{} elements, {} unknowns",
+                                             object.mesh.quality.elements, certificate.unknowns);
   fmt::print("{} solver ({}): {}, mass {:.4g} kg\n", scene::name_of(object.solver.solver),
              object.solver.reason, size, object.modes.mass);
   if (const auto& quality = object.mesh.quality; std::isfinite(quality.hausdorff)) {

@@ -177,12 +177,11 @@ void write_chunks(hid_t dataset, const std::string& file, const std::string& nam
     // The last chunk is as long as the others.
     std::vector<T> chunk(given.begin(), given.end());
     chunk.resize(rows * row);
-    const std::vector<unsigned char> planes =
-        byte_planes({reinterpret_cast<const unsigned char*>(chunk.data()),  // NOLINT: bytes of numbers
-                     chunk.size() * sizeof(T)},
-                    sizeof(T));
-    const std::vector<unsigned char> deflated =
-        deflate_planes(planes, sizeof(T), storage.deflate);
+    const std::vector<unsigned char> planes = byte_planes(
+        {reinterpret_cast<const unsigned char*>(chunk.data()),  // NOLINT: bytes of numbers
+         chunk.size() * sizeof(T)},
+        sizeof(T));
+    const std::vector<unsigned char> deflated = deflate_planes(planes, sizeof(T), storage.deflate);
     const bool shrinks = deflated.size() < planes.size();
     const std::vector<unsigned char>& kept = shrinks ? deflated : planes;
     std::vector<hsize_t> place(extent.size(), 0);

@@ -62,7 +62,8 @@ class SharedSections {
     for (const MaterialBand& one : wanted)
       solves_.emplace_back(size, one.material, one.band, options, trace);
     // Parts of an outline of many points are small cells already.
-    if (axisymmetric.order == 0 && refines() && 2 * nodes_of_order(low_order) < nodes_of_order(order_))
+    if (axisymmetric.order == 0 && refines() &&
+        2 * nodes_of_order(low_order) < nodes_of_order(order_))
       order_ = low_order;
   }
 

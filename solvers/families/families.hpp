@@ -61,10 +61,10 @@ mesh::MeshResult mesh_family(const mesh::GeneratedShape& shape, const mesh::Mesh
 
 /// How a drawing is read as a profile.
 struct SvgProfileOptions {
-  double height = 0;         ///< of the profile [m]; 0: the drawing's size on paper
+  double height = 0;  ///< of the profile [m]; 0: the drawing's size on paper
   /// left, right (of the outline), or x=NUMBER in its coordinates; "": x=0, which it has to reach
   std::string axis;
-  std::string id;            ///< of the outline; "": the only one that encloses an area
+  std::string id;  ///< of the outline; "": the only one that encloses an area
 };
 
 /// Profile of an SVG drawing (svg_outlines.hpp) as a closed polygon (radius, height): x is the

@@ -84,8 +84,9 @@ ModeShapes::ModeShapes(Rows amplitudes, std::vector<NodeRing> rings,
   }
   if (!rings_.empty() && (waves_.size() != static_cast<std::size_t>(values_.rows()) ||
                           values_.cols() != 3 * static_cast<Eigen::Index>(rings_.size())))
-    throw core::InputError("shapes on a turned surface need a wave for each mode and three "
-                           "amplitudes for each ring");
+    throw core::InputError(
+        "shapes on a turned surface need a wave for each mode and three "
+        "amplitudes for each ring");
 }
 
 Eigen::Index ModeShapes::nodes() const {
@@ -112,10 +113,9 @@ Eigen::MatrixX3d ModeShapes::at(Eigen::Index node) const {
   Eigen::MatrixX3d out(modes(), 3);
   for (Eigen::Index mode = 0; mode < modes(); ++mode) {
     const CircumferentialWave& wave = waves_[static_cast<std::size_t>(mode)];
-    out.row(mode) =
-        displacement(values_.block<1, 3>(mode, 3 * r), wave, place,
-                     direction_of(phase_of(wave.harmonic, part, around), around))
-            .transpose();
+    out.row(mode) = displacement(values_.block<1, 3>(mode, 3 * r), wave, place,
+                                 direction_of(phase_of(wave.harmonic, part, around), around))
+                        .transpose();
   }
   return out;
 }
@@ -125,10 +125,10 @@ ModeShapes::Rows ModeShapes::at_nodes() const {
   Circles circles;
   Rows out(modes(), 3 * nodes());
   for (Eigen::Index mode = 0; mode < modes(); ++mode) {
-    out.row(mode) = unfold(values_.row(mode), waves_[static_cast<std::size_t>(mode)], rings_,
-                           nodes(), circles)
-                        .cast<float>()
-                        .transpose();
+    out.row(mode) =
+        unfold(values_.row(mode), waves_[static_cast<std::size_t>(mode)], rings_, nodes(), circles)
+            .cast<float>()
+            .transpose();
   }
   return out;
 }

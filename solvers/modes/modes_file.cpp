@@ -126,8 +126,7 @@ ModeShapes read_shapes(const Hdf5Group& group, Eigen::Index modes) {
   const std::string name = on_rings ? "ring_amplitudes" : "shapes";
   const auto columns = 3 * static_cast<Eigen::Index>(group.extent(name).at(1));
   const auto values = group.read<float>(name);
-  ModeShapes::Rows rows =
-      Eigen::Map<const ModeShapes::Rows>(values.data(), modes, columns);
+  ModeShapes::Rows rows = Eigen::Map<const ModeShapes::Rows>(values.data(), modes, columns);
   if (!on_rings) return ModeShapes(std::move(rows));
   const auto places = group.read<std::int32_t>("rings");
   const auto harmonics = group.read<std::int32_t>("harmonics");
@@ -136,8 +135,7 @@ ModeShapes read_shapes(const Hdf5Group& group, Eigen::Index modes) {
   for (std::size_t r = 0; r + 1 < places.size(); r += 2)
     rings.push_back({places[r], places[r + 1]});
   std::vector<CircumferentialWave> waves;
-  for (std::size_t k = 0; k < harmonics.size(); ++k)
-    waves.push_back({harmonics[k], turned.at(k)});
+  for (std::size_t k = 0; k < harmonics.size(); ++k) waves.push_back({harmonics[k], turned.at(k)});
   return ModeShapes(std::move(rows), std::move(rings), std::move(waves));
 }
 

@@ -21,7 +21,8 @@ Readout point_velocity(const solvers::modes::Modes& modes, const SurfacePoint& p
 
 Readout monopole(const solvers::modes::Modes& modes, std::span<const Listener> listeners) {
   const surface::OuterHull hull = surface::outer_hull(modes.surface);
-  const Eigen::VectorXd volume_velocity = modes.shapes.at_nodes().cast<double>() * hull.volume_weights;
+  const Eigen::VectorXd volume_velocity =
+      modes.shapes.at_nodes().cast<double>() * hull.volume_weights;
   Readout readout;
   readout.unit = "Pa";
   readout.acceleration.resize(static_cast<Eigen::Index>(listeners.size()),

@@ -75,8 +75,8 @@ Eigen::MatrixX3d shapes_at(const solvers::modes::Modes& modes, const SurfacePoin
       solvers::elements::triangle_shape_functions(modes.surface.order, point.barycentric, nullptr);
   Eigen::MatrixX3d shapes = Eigen::MatrixX3d::Zero(modes.shapes.modes(), 3);
   for (std::size_t a = 0; a < nodes.size(); ++a) {
-    shapes += values[static_cast<Eigen::Index>(a)] *
-              modes.shapes.at(static_cast<Eigen::Index>(nodes[a]));
+    shapes +=
+        values[static_cast<Eigen::Index>(a)] * modes.shapes.at(static_cast<Eigen::Index>(nodes[a]));
   }
   return shapes;
 }

@@ -128,7 +128,8 @@ ModalPressure rayleigh_pressure(const solvers::modes::Modes& modes,
   const double area = surface::outer_triangles(modes.surface, 1).area;
   const double wanted = std::clamp(2 * area * per_metre * per_metre, min_triangles, max_triangles);
   const Sheet sheet = flat_sheet(modes.surface, static_cast<std::size_t>(wanted));
-  const Eigen::MatrixXd volume_velocity = modes.shapes.at_nodes().cast<double>() * sheet.surface.flux_weights;
+  const Eigen::MatrixXd volume_velocity =
+      modes.shapes.at_nodes().cast<double>() * sheet.surface.flux_weights;
   const Vec3 centroid = surface::outer_hull(modes.surface).centroid;
 
   ModalPressure result;

@@ -90,8 +90,7 @@ TEST(Hard, CubeOnAnUnsymmetricMesh) {
 Eigen::MatrixXd projector(const solvers::modes::Modes& modes, const Cluster& cluster) {
   Eigen::MatrixXd sample(static_cast<Eigen::Index>(cluster.count), 30);
   for (Eigen::Index row = 0; row < sample.rows(); ++row) {
-    const Eigen::VectorXd shape =
-        modes.shapes.of(static_cast<Eigen::Index>(cluster.first) + row);
+    const Eigen::VectorXd shape = modes.shapes.of(static_cast<Eigen::Index>(cluster.first) + row);
     for (Eigen::Index c = 0; c < sample.cols(); ++c) sample(row, c) = shape[17 * c % shape.size()];
   }
   return sample.transpose() * sample;

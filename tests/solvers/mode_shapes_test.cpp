@@ -32,9 +32,9 @@ ModeShapes on_rings(const std::vector<CircumferentialWave>& waves,
 /// turns about it are n = 0.
 TEST(ModeShapes, RigidMotionsOfRingsAreRigidMotions) {
   const std::array<float, 9> across = {1, -1, 0, 1, -1, 0, 1, -1, 0};
-  const ModeShapes shapes = on_rings(
-      {{1, 0}, {1, 1}, {0, 0}, {0, 0}},
-      {across, across, {0, 0, 1, 0, 0, 1, 0, 0, 1}, {0, 0, 0, 0, 2, 0, 0, 3, 0}});
+  const ModeShapes shapes =
+      on_rings({{1, 0}, {1, 1}, {0, 0}, {0, 0}},
+               {across, across, {0, 0, 1, 0, 0, 1, 0, 0, 1}, {0, 0, 0, 0, 2, 0, 0, 3, 0}});
   ASSERT_EQ(shapes.nodes(), 20);
   for (Eigen::Index node = 0; node < 20; ++node) {
     const Eigen::MatrixX3d at = shapes.at(node);
@@ -43,18 +43,17 @@ TEST(ModeShapes, RigidMotionsOfRingsAreRigidMotions) {
     EXPECT_LT((at.row(2) - Eigen::RowVector3d(0, 0, 1)).norm(), 1e-12) << node;
     const bool outer = node >= 8;
     const double radius = node == 0 ? 0 : outer ? 3 : 2;
-    const double angle = 2 * std::numbers::pi *
-                         static_cast<double>(outer ? node - 8 : node - 1) / (outer ? 12 : 7);
+    const double angle =
+        2 * std::numbers::pi * static_cast<double>(outer ? node - 8 : node - 1) / (outer ? 12 : 7);
     const Eigen::RowVector3d turn(-radius * std::sin(angle), radius * std::cos(angle), 0);
     EXPECT_LT((at.row(3) - turn).norm(), 1e-12) << node;
   }
 }
 
 TEST(ModeShapes, EveryWayOfReadingThemGivesTheSame) {
-  ModeShapes shapes = on_rings({{0, 0}, {3, 0}, {3, 1}},
-                               {{0, 0, 1, 2, 3, 4, 5, 6, 7},
-                                {0, 0, 0, 1, -2, 0.5, 2, 0.25, -1},
-                                {0, 0, 0, 1, -2, 0.5, 2, 0.25, -1}});
+  ModeShapes shapes = on_rings({{0, 0}, {3, 0}, {3, 1}}, {{0, 0, 1, 2, 3, 4, 5, 6, 7},
+                                                          {0, 0, 0, 1, -2, 0.5, 2, 0.25, -1},
+                                                          {0, 0, 0, 1, -2, 0.5, 2, 0.25, -1}});
   shapes *= 0.5F;
   const ModeShapes known(shapes.at_nodes());
   EXPECT_EQ(known.nodes(), shapes.nodes());

@@ -124,7 +124,8 @@ double lame_mode(const solvers::modes::Modes& modes, double side) {
   }
   exact.normalize();
   Eigen::Index best = 0;
-  const Eigen::VectorXf likeness = (modes.shapes.at_nodes().rowwise().normalized() * exact).cwiseAbs();
+  const Eigen::VectorXf likeness =
+      (modes.shapes.at_nodes().rowwise().normalized() * exact).cwiseAbs();
   EXPECT_GT(likeness.maxCoeff(&best), 0.9);
   return modes.frequency(static_cast<std::size_t>(best));
 }

@@ -83,7 +83,8 @@ TurnedSurface::TurnedSurface(const mesh::MeridianMesh& mesh, int highest_harmoni
 }
 
 std::size_t TurnedSurface::add_ring(std::int32_t edge, double t, int around) {
-  Ring ring{edge, elements::line_shapes(mesh_.order, t).values,
+  Ring ring{edge,
+            elements::line_shapes(mesh_.order, t).values,
             {static_cast<std::int32_t>(surface_.nodes.size()), around}};
   const Vec2 place = at(ring);
   for (int k = 0; k < around; ++k) {
@@ -142,8 +143,7 @@ std::vector<modes::NodeRing> TurnedSurface::rings() const {
   return out;
 }
 
-Eigen::VectorXd TurnedSurface::amplitudes(
-    const Eigen::Ref<const Eigen::VectorXd>& unknowns) const {
+Eigen::VectorXd TurnedSurface::amplitudes(const Eigen::Ref<const Eigen::VectorXd>& unknowns) const {
   const auto fields = cylinder_fields(unknowns);
   Eigen::VectorXd out = Eigen::VectorXd::Zero(3 * static_cast<Eigen::Index>(rings_.size()));
   for (std::size_t r = 0; r < rings_.size(); ++r) {
