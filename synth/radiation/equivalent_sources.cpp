@@ -140,7 +140,7 @@ EquivalentSources fit_equivalent_sources(const solvers::modes::Modes& modes,
   fit.size = layers.size;
   fit.points = std::move(layers.points);
   fit.directions = std::move(layers.directions);
-  fit.strengths = std::move(layers.strengths);
+  fit.strengths = layers.strengths;
   fit.outline = surface.mesh;
   return fit;
 }
