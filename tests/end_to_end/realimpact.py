@@ -63,7 +63,10 @@ class MadeFolder(FolderTest):
         if isinstance(one, dict):
             self.assertEqual(set(one), set(two), place)
             for name in one:
-                self.expect_same(one[name], two[name], f"{place}.{name}")
+                if name == "evaluations":  # the search takes a step more or less for them
+                    self.assertLess(abs(one[name] - two[name]), 0.05 * one[name], place)
+                else:
+                    self.expect_same(one[name], two[name], f"{place}.{name}")
         elif isinstance(one, list):
             self.assertEqual(len(one), len(two), place)
             for number, pair in enumerate(zip(one, two)):
