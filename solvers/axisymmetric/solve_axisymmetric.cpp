@@ -24,6 +24,7 @@ constexpr FirstCells usual_cells = {4, 1}, fine_cells = {6, 2.0 / 3};
 /// Targets below this begin with fine cells [cents].
 constexpr double fine_target = 0.5;
 constexpr int max_refinements = 2;
+/// Of cells that an outline's parts make far smaller than waves ask for.
 constexpr int low_order = 2;
 
 void require(bool holds, const std::string& message) {
@@ -61,8 +62,8 @@ class SharedSections {
     const mesh::MeridianSize size = mesh::measure(meridian);
     for (const MaterialBand& one : wanted)
       solves_.emplace_back(size, one.material, one.band, options, trace);
-    // Parts of an outline of many points are small cells already.
-    if (axisymmetric.order == 0 && refines() &&
+    // Parts of an outline of many points are small cells already, and serve usual targets as such.
+    if (axisymmetric.order == 0 && refines() && axisymmetric.pitch_target >= fine_target &&
         2 * nodes_of_order(low_order) < nodes_of_order(order_))
       order_ = low_order;
   }

@@ -11,7 +11,9 @@ namespace carillon::solvers::axisymmetric {
 
 /// How finely a section is solved.
 struct AxisymmetricOptions {
-  int order = 0;    ///< of the cells, 2 to 14; 0: 4, or 6 for a pitch target below 0.5 cents
+  /// Of the cells, 2 to 14; 0: 6 for a pitch target below 0.5 cents, else 4, or 2 where the outline
+  /// has so many points that its parts are far smaller than waves ask for.
+  int order = 0;
   double cell = 0;  ///< largest side of a cell [m]; 0: from the wave number at the band's top
   /// Wanted pitch error [cents]: while the estimate is above it, the order is raised by 2 and then
   /// cells are halved, as long as that at least halves the error. Needs

@@ -13,8 +13,9 @@
 namespace carillon::solvers::eigen {
 namespace {
 
-/// Part of every key: raise it when solve_modes() gives other values for equal input.
-constexpr std::string_view solver_version = "carillon modes 7";
+/// Part of every key: raise it when solve_modes() gives other values for equal input, or files of
+/// modes another layout.
+constexpr std::string_view solver_version = "carillon modes 8";
 
 std::filesystem::path file_of(const std::filesystem::path& cache, const std::string& key) {
   return cache / (key + ".h5");

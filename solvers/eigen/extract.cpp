@@ -51,25 +51,26 @@ void add_energies(const mesh::TetMesh& mesh, std::span<const elements::Elastic> 
 void keep_surface(const assembly::System& system, const assembly::NodeFields& fields,
                   Eigen::Index field, std::span<const std::int32_t> surface_nodes, double scale,
                   float* out) {
-  std::vector<double> values;
-  values.reserve(3 * surface_nodes.size());
-  double largest = 0;
-  for (const auto node : surface_nodes) {
-    const auto number = system.partition.number[static_cast<std::size_t>(node)];
-    for (Eigen::Index c = 0; c < 3; ++c) {
-      values.push_back(fields(number, 3 * field + c));
-      largest = std::max(largest, std::abs(values.back()));
-    }
+  Eigen::VectorXd values(3 * static_cast<Eigen::Index>(surface_nodes.size()));
+  for (std::size_t n = 0; n < surface_nodes.size(); ++n) {
+    const auto number = system.partition.number[static_cast<std::size_t>(surface_nodes[n])];
+    values.segment<3>(3 * static_cast<Eigen::Index>(n)) =
+        fields.block<1, 3>(number, 3 * field).transpose();
   }
-  const auto leading = std::find_if(values.begin(), values.end(), [largest](double v) {
-    return std::abs(v) >= (1 - 1e-6) * largest;
-  });
-  if (leading != values.end() && *leading < 0) scale = -scale;
-  std::transform(values.begin(), values.end(), out,
-                 [scale](double v) { return static_cast<float>(scale * v); });
+  scale *= leading_sign(values);
+  Eigen::Map<Eigen::VectorXf>(out, values.size()) = (scale * values).cast<float>();
 }
 
 }  // namespace
+
+double leading_sign(const Eigen::Ref<const Eigen::VectorXd>& shape) {
+  if (shape.size() == 0) return 1;
+  const double largest = shape.cwiseAbs().maxCoeff();
+  const auto leading = std::find_if(shape.begin(), shape.end(), [largest](double v) {
+    return std::abs(v) >= (1 - 1e-6) * largest;
+  });
+  return leading != shape.end() && *leading < 0 ? -1 : 1;
+}
 
 modes::ModeSurface surface_of(const mesh::TetMesh& mesh, std::vector<std::int32_t>& nodes) {
   modes::ModeSurface surface;

@@ -15,6 +15,10 @@ namespace carillon::solvers::eigen {
 /// @param nodes  mesh node of each surface node
 modes::ModeSurface surface_of(const mesh::TetMesh& mesh, std::vector<std::int32_t>& nodes);
 
+/// -1 where the largest entry of a shape is negative (the first of those that are equal to 1e-6),
+/// else 1.
+double leading_sign(const Eigen::Ref<const Eigen::VectorXd>& shape);
+
 /// What is kept of chosen eigenpairs, in SI units.
 struct ModeFields {
   /// Rayleigh quotients of element energies: strain energy is summed from strains, not from

@@ -170,7 +170,7 @@ std::vector<std::array<double, 2>> profile_from_svg(const std::string& path,
     if (options.height > 0) scale = options.height / tall;
     if (!(scale > 0))
       throw core::InputError("the drawing has no size on paper (width and height in mm, cm or in)",
-                             "say how large it is");
+                             "say how long the object is, as in length: 20 cm");
     double bottom = std::numeric_limits<double>::infinity();
     for (const auto& p : polygon) bottom = std::min(bottom, p[1]);
     for (auto& p : polygon) p = {p[0] * scale, (p[1] - bottom) * scale};

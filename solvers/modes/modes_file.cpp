@@ -15,8 +15,6 @@ constexpr std::int64_t format_version = 6;
 /// Shapes are noise to zlib: more effort saves little room and takes as long as their solve.
 constexpr int deflate_level = 1;
 
-constexpr const char* shape_unit = "kg^-1/2";
-
 using core::Hdf5Group;
 
 /// Rows of shapes are read one mode at a time, so a chunk is one row.
@@ -108,7 +106,7 @@ void write_shapes(const Hdf5Group& group, const ModeShapes& shapes) {
   group.write<float>(name, {values.data(), static_cast<std::size_t>(values.size())},
                      {count, static_cast<std::uint64_t>(values.cols()) / 3, 3},
                      compressed_rows(count));
-  group.write_attribute("unit", std::string(shape_unit), name);
+  group.write_attribute("unit", std::string("kg^-1/2"), name);
   if (!on_rings) return;
   std::vector<std::int32_t> rings, harmonics, turned;
   for (const NodeRing& ring : shapes.rings()) rings.insert(rings.end(), {ring.first, ring.around});

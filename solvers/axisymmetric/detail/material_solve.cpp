@@ -7,7 +7,7 @@
 
 #include "core/numbers.hpp"
 #include "solvers/axisymmetric/detail/harmonic_surface.hpp"
-#include "solvers/eigen/select.hpp"
+#include "solvers/eigen/extract.hpp"
 
 namespace carillon::solvers::axisymmetric {
 namespace {
@@ -191,12 +191,8 @@ modes::Modes MaterialSolve::modes_on(const TurnedSurface& surface) const {
     if (options_.estimate_errors) modes.pitch_errors.push_back(mode.pitch_error);
     const Eigen::VectorXd shape =
         surface.amplitudes(harmonic.vectors.col(static_cast<Eigen::Index>(mode.pair)));
-    const double largest = shape.cwiseAbs().maxCoeff();
-    const auto leading = std::find_if(shape.begin(), shape.end(), [largest](double v) {
-      return std::abs(v) >= (1 - 1e-6) * largest;
-    });
-    const double sign = leading != shape.end() && *leading < 0 ? -to_si : to_si;
-    amplitudes.row(static_cast<Eigen::Index>(k)) = (sign * shape).cast<float>().transpose();
+    amplitudes.row(static_cast<Eigen::Index>(k)) =
+        (eigen::leading_sign(shape) * to_si * shape).cast<float>().transpose();
   }
   modes.shapes = modes::ModeShapes(std::move(amplitudes), rings, std::move(waves));
   certify(modes);
