@@ -22,14 +22,15 @@ solvers::pitch::PitchTarget pitch_target(const PitchSearch& search) {
 }
 
 solvers::pitch::PitchResult refine_to_pitch(const PitchSearch& search, const SetSolver& solve,
-                                            MPI_Comm comm, core::Trace& trace) {
+                                            MPI_Comm comm, core::Trace& trace,
+                                            const SetSolver& probe) {
   const auto make_mesh = [&](const solvers::mesh::MeshOptions& options) {
     solvers::mesh::MeshRequest request = search.request;
     request.options = options;
     const core::ScopedTimer timer(mesh_entry(trace, request, search.cache));
     return shared_mesh(request, search.limits, search.cache, comm);
   };
-  auto result = solvers::pitch::reach_pitch(pitch_target(search), make_mesh, solve);
+  auto result = solvers::pitch::reach_pitch(pitch_target(search), make_mesh, solve, probe);
   for (auto& modes : result.sets) modes = solvers::pitch::without_margin(modes);
   return result;
 }

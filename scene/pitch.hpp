@@ -36,8 +36,10 @@ solvers::pitch::PitchTarget pitch_target(const PitchSearch& search);
 /// Meshes and solves an object until its pitches are as accurate as asked
 /// (solvers::pitch::reach_pitch); every mesh that is tried stays in the cache. trace.stages["mesh"]
 /// counts the meshes.
+/// @param probe  the set whose modes are as far off as any's, alone (reach_pitch)
 /// @note Collective on comm.
 solvers::pitch::PitchResult refine_to_pitch(const PitchSearch& search, const SetSolver& solve,
-                                            MPI_Comm comm, core::Trace& trace);
+                                            MPI_Comm comm, core::Trace& trace,
+                                            const SetSolver& probe = {});
 
 }  // namespace carillon::scene

@@ -189,26 +189,83 @@ ModeSets wanted_sets(const configuration::BuildConfig& config, const plan::Shape
   return group_variants(materials, shape.variants, config.band);
 }
 
-/// Mode sets of a mesh that serve every variant of its shape.
-std::vector<solvers::modes::Modes> solve_sets(const configuration::BuildConfig& config,
-                                              const plan::Shape& shape,
-                                              const solvers::mesh::MeshResult& mesh,
-                                              const BuildFolders& folders, MPI_Comm comm,
-                                              core::Trace& trace) {
-  const double longest = solvers::mesh::bounding_box(mesh.mesh.nodes).longest_side();
-  ModeSets sets = wanted_sets(config, shape, longest, mesh.mesh.region_names);
-  solvers::eigen::SolveOptions options = config.solver;
-  if (config.pitch_cents > 0) {
-    for (auto& request : sets.requests) request.band = solvers::pitch::judged_band(request.band);
+/// Solves the mode sets of meshes that serve every variant of a shape.
+class SetsOfMeshes {
+ public:
+  SetsOfMeshes(const configuration::BuildConfig& config, const plan::Shape& shape,
+               const BuildFolders& folders, MPI_Comm comm, core::Trace& trace)
+      : config_(config), shape_(shape), folders_(folders), comm_(comm), trace_(trace) {}
+
+  /// All sets of a mesh.
+  std::vector<solvers::modes::Modes> all(const solvers::mesh::MeshResult& mesh) {
+    auto requests = requests_of(mesh);
+    if (!was_probed(mesh)) return solve(mesh, requests);
+    const auto probed = static_cast<std::ptrdiff_t>(hardest(requests));
+    requests.erase(requests.begin() + probed);
+    auto sets = solve(mesh, requests);
+    sets.insert(sets.begin() + probed, probed_set_);
+    return sets;
   }
-  options.time = configuration::solve_clock(config.limits);
-  std::vector<solvers::modes::Modes> solved;
-  configuration::within_memory(config.limits.solve_memory, [&] {
-    solved = solvers::basis::solve_materials(mesh.mesh, sets.requests, options, comm, folders.cache,
-                                             trace);
-  });
-  return solved;
-}
+
+  /// The set of the slowest waves alone: that with the most modes, whose last ones are the
+  /// shortest beside the elements.
+  std::vector<solvers::modes::Modes> probe(const solvers::mesh::MeshResult& mesh) {
+    const auto requests = requests_of(mesh);
+    auto sets = solve(mesh, std::span(requests).subspan(hardest(requests), 1));
+    probed_set_ = sets.front();
+    probed_order_ = mesh.mesh.order;
+    probed_nodes_ = mesh.mesh.nodes;
+    return sets;
+  }
+
+ private:
+  using Requests = std::vector<solvers::basis::ModeRequest>;
+
+  Requests requests_of(const solvers::mesh::MeshResult& mesh) const {
+    const double longest = solvers::mesh::bounding_box(mesh.mesh.nodes).longest_side();
+    Requests requests = wanted_sets(config_, shape_, longest, mesh.mesh.region_names).requests;
+    if (config_.pitch_cents > 0) {
+      for (auto& request : requests) request.band = solvers::pitch::judged_band(request.band);
+    }
+    return requests;
+  }
+
+  static std::size_t hardest(const Requests& requests) {
+    const auto last = [](const solvers::basis::ModeRequest& request) {
+      return request.band.max_frequency * slowness(request.regions[0], 1);
+    };
+    const auto found = std::max_element(
+        requests.begin(), requests.end(),
+        [&](const auto& one, const auto& other) { return last(one) < last(other); });
+    return static_cast<std::size_t>(found - requests.begin());
+  }
+
+  bool was_probed(const solvers::mesh::MeshResult& mesh) const {
+    return mesh.mesh.order == probed_order_ && mesh.mesh.nodes == probed_nodes_;
+  }
+
+  std::vector<solvers::modes::Modes> solve(
+      const solvers::mesh::MeshResult& mesh,
+      std::span<const solvers::basis::ModeRequest> requests) const {
+    solvers::eigen::SolveOptions options = config_.solver;
+    options.time = configuration::solve_clock(config_.limits);
+    std::vector<solvers::modes::Modes> solved;
+    configuration::within_memory(config_.limits.solve_memory, [&] {
+      solved = solvers::basis::solve_materials(mesh.mesh, requests, options, comm_, folders_.cache,
+                                               trace_);
+    });
+    return solved;
+  }
+
+  const configuration::BuildConfig& config_;
+  const plan::Shape& shape_;
+  const BuildFolders& folders_;
+  MPI_Comm comm_;
+  core::Trace& trace_;
+  solvers::modes::Modes probed_set_;
+  int probed_order_ = 0;
+  std::vector<Vec3> probed_nodes_;
+};
 
 /// Mesh and mode sets as the configuration asks: as they come, or refined to a pitch target.
 solvers::pitch::PitchResult make_sets(const configuration::BuildConfig& config,
@@ -228,12 +285,22 @@ solvers::pitch::PitchResult make_sets(const configuration::BuildConfig& config,
     return solved;
   }
   trace.enter("mesh");
+  SetsOfMeshes sets_of(config, shape, folders, comm, trace);
   const auto solve = [&](const solvers::mesh::MeshResult& mesh) {
     trace.enter("solve");
-    std::vector<solvers::modes::Modes> sets = solve_sets(config, shape, mesh, folders, comm, trace);
+    std::vector<solvers::modes::Modes> sets = sets_of.all(mesh);
     trace.enter("mesh");  // a finer one, unless this was the last
     return sets;
   };
+  scene::SetSolver probe;
+  if (shape.variants.size() > 1) {
+    probe = [&](const solvers::mesh::MeshResult& mesh) {
+      trace.enter("solve");
+      std::vector<solvers::modes::Modes> sets = sets_of.probe(mesh);
+      trace.enter("mesh");
+      return sets;
+    };
+  }
   if (config.pitch_cents > 0) {
     scene::PitchSearch search;
     search.request = shape.request;
@@ -243,7 +310,7 @@ solvers::pitch::PitchResult make_sets(const configuration::BuildConfig& config,
     search.max_unknowns = config.max_unknowns;
     search.limits = config.limits.mesh;
     search.cache = folders.cache;
-    return scene::refine_to_pitch(search, solve, comm, trace);
+    return scene::refine_to_pitch(search, solve, comm, trace, probe);
   }
   solvers::pitch::PitchResult result;
   {

@@ -59,25 +59,37 @@ struct Bounds {
 
 class Search {
  public:
-  Search(const PitchTarget& target, const MeshMaker& make_mesh, const ModeSolver& solve)
-      : target_(target), make_mesh_(make_mesh), solve_(solve) {
+  Search(const PitchTarget& target, const MeshMaker& make_mesh, const ModeSolver& solve,
+         const ModeSolver& probe)
+      : target_(target), make_mesh_(make_mesh), solve_(solve), probe_(probe) {
     result_.report.asked_cents = target.cents;
     edge_layers_ = target.start.edge_layers;
   }
 
   PitchResult run() {
+    refine();
+    if (result_.sets.empty()) {
+      result_.sets = solve_(result_.mesh);
+      PitchStep& chosen = report().steps[report().chosen];
+      note_errors(result_.sets, chosen);
+      report().reached_cents = chosen.worst_cents;
+    }
+    return std::move(result_);
+  }
+
+ private:
+  void refine() {
     mesh::MeshOptions options = target_.start;
     while (true) {
       attempt(options);
-      if (met() || failed()) return std::move(result_);
+      if (met() || failed()) return;
       const auto next = choose();
-      if (!next) return std::move(result_);
+      if (!next) return;
       planned_ = next->size;
       options = next->options;
     }
   }
 
- private:
   PitchReport& report() { return result_.report; }
   double needed() const { return std::max(trusted_share * target_.cents, min_pitch_target); }
   bool met() { return report().reached_cents <= needed() && report().stopped_by.empty(); }
@@ -152,12 +164,18 @@ class Search {
       // More layers than the elements bear were left out by the mesher.
       layers_end_ = layers_end_ || options.edge_layers > same->edge_layers;
       edge_layers_ = same->edge_layers;
+      repeating_.push_back(options);
       if (++refused_ == max_refusals) stop_without_progress();
       return;
     }
+    PitchStep step;
     std::vector<modes::Modes> sets;
     try {
-      sets = solve_(mesh);
+      if (probe_) note_errors(probe_(mesh), step);
+      if (!probe_ || step.worst_cents <= needed()) {
+        sets = solve_(mesh);
+        note_errors(sets, step);
+      }
     } catch (const core::ResourceError&) {
       throw;
     } catch (const core::SolverError& error) {
@@ -165,14 +183,12 @@ class Search {
       stop("solver", error.message());
       return;
     }
-    const double seconds = core::monotonic_seconds() - start;
-    judge(options, std::move(mesh), std::move(sets), seconds);
+    step.seconds = core::monotonic_seconds() - start;
+    judge(options, std::move(mesh), std::move(sets), step);
   }
 
-  /// Notes a step that was solved, and keeps it when it is the best.
-  void judge(const mesh::MeshOptions& options, mesh::MeshResult mesh,
-             std::vector<modes::Modes> sets, double seconds) {
-    PitchStep step;
+  /// Notes the worst and the median error of all sets together.
+  static void note_errors(std::span<const modes::Modes> sets, PitchStep& step) {
     std::vector<double> errors;
     for (const modes::Modes& modes : sets) {
       if (modes.pitch_errors.size() != modes.size()) {
@@ -182,19 +198,24 @@ class Search {
       errors.insert(errors.end(), modes.pitch_errors.begin(), modes.pitch_errors.end());
       step.unknowns = std::max(step.unknowns, modes.certificate.unknowns);
     }
-    // A band may be empty because its modes are far too sharp: a second setting has to agree.
-    const bool unsure = errors.empty() && !was_empty_;
-    was_empty_ = errors.empty();
-    if (unsure) step.worst_cents = unknown * target_.cents;
-    if (!errors.empty()) step.worst_cents = *std::max_element(errors.begin(), errors.end());
+    step.worst_cents = errors.empty() ? 0 : *std::max_element(errors.begin(), errors.end());
     step.median_cents = core::median(errors);
+  }
+
+  /// Notes a step that was solved, and keeps it when it is the best.
+  /// @param sets  empty where a probe showed that it falls short
+  void judge(const mesh::MeshOptions& options, mesh::MeshResult mesh,
+             std::vector<modes::Modes> sets, PitchStep step) {
+    // A band may be empty because its modes are far too sharp: a second setting has to agree.
+    const bool is_empty = std::isnan(step.median_cents);
+    if (is_empty && !was_empty_) step.worst_cents = unknown * target_.cents;
+    was_empty_ = is_empty;
     const MeshSize size = size_of(mesh.mesh);
     step.order = mesh.mesh.order;
     step.automatic_size = options.element_size <= 0;
     step.element_size = step.automatic_size ? size.element_size : options.element_size;
     step.edge_layers = options.edge_layers;
     step.elements = static_cast<std::int64_t>(mesh.mesh.element_count());
-    step.seconds = seconds;
 
     auto& steps = report().steps;
     const bool first = steps.empty();
@@ -271,7 +292,17 @@ class Search {
     return all;
   }
 
+  /// Cells come in whole numbers, on sides that are mirrored in even ones: sizes above one that
+  /// made the elements of another step make them, too, or coarser ones.
+  bool would_repeat(const mesh::MeshOptions& options) const {
+    return std::any_of(repeating_.begin(), repeating_.end(), [&](const mesh::MeshOptions& other) {
+      return other.order == options.order && other.edge_layers == options.edge_layers &&
+             options.element_size > 0.98 * other.element_size && other.element_size > 0;
+    });
+  }
+
   bool was_tried(const mesh::MeshOptions& options) const {
+    if (would_repeat(options)) return true;
     const auto& steps = result_.report.steps;
     return std::any_of(steps.begin(), steps.end(), [&](const PitchStep& step) {
       return step.order == options.order && step.edge_layers == options.edge_layers &&
@@ -346,19 +377,21 @@ class Search {
   const PitchTarget& target_;
   const MeshMaker& make_mesh_;
   const ModeSolver& solve_;
-  PitchResult result_;
-  MeshSize best_;             ///< mesh of the best step
-  double asked_size_ = 0;     ///< and the size it was asked with
-  MeshSize planned_;          ///< what the step under way was expected to give
-  double trust_ = 1;          ///< fraction of a predicted gain (in logarithms) that comes true
-  bool was_empty_ = false;    ///< the last step found no mode
-  bool has_edges_ = false;    ///< that layers help
-  int edge_layers_ = 0;       ///< of the next step
-  bool layers_end_ = false;   ///< more of them are left out
-  int stuck_ = 0;             ///< steps in a row that gained nothing
-  int refused_ = 0;           ///< settings whose elements were not solved
-  double element_share_ = 1;  ///< of the elements allowed that sizes may foretell
-  double excess_ = 1;         ///< of the unknowns of such, over what was predicted
+  const ModeSolver& probe_;
+  PitchResult result_;       ///< without sets while its setting was only probed
+  MeshSize best_;            ///< mesh of the best step
+  double asked_size_ = 0;    ///< and the size it was asked with
+  MeshSize planned_;         ///< what the step under way was expected to give
+  double trust_ = 1;         ///< fraction of a predicted gain (in logarithms) that comes true
+  bool was_empty_ = false;   ///< the last step found no mode
+  bool has_edges_ = false;   ///< that layers help
+  int edge_layers_ = 0;      ///< of the next step
+  bool layers_end_ = false;  ///< more of them are left out
+  int stuck_ = 0;            ///< steps in a row that gained nothing
+  std::vector<mesh::MeshOptions> repeating_;  ///< settings that made elements of other steps
+  int refused_ = 0;                           ///< settings whose elements were not solved
+  double element_share_ = 1;                  ///< of the elements allowed that sizes may foretell
+  double excess_ = 1;                         ///< of the unknowns of such, over what was predicted
 };
 
 }  // namespace
@@ -389,13 +422,13 @@ double parse_pitch_target(const std::string& text) {
 }
 
 PitchResult reach_pitch(const PitchTarget& target, const MeshMaker& make_mesh,
-                        const ModeSolver& solve) {
+                        const ModeSolver& solve, const ModeSolver& probe) {
   if (!(target.cents >= min_pitch_target) || !std::isfinite(target.cents)) {
     throw core::InputError(
         fmt::format("a pitch target of {} cents cannot be met", target.cents),
         fmt::format("{} is the least that estimates can tell", min_pitch_target));
   }
-  return Search(target, make_mesh, solve).run();
+  return Search(target, make_mesh, solve, probe).run();
 }
 
 nlohmann::json to_json(const PitchReport& report, bool with_seconds) {

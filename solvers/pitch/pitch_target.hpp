@@ -94,13 +94,16 @@ modes::Modes without_margin(const modes::Modes& modes);
 /// has free, so it is the same everywhere: a step that runs out of time or memory ends the search
 /// with its error.
 ///
+/// @param probe  where not all sets are needed to see that a setting falls short: solves one whose
+///               modes are as far off as any's. `solve` is then asked when it meets the target, and
+///               in the end for the setting that is chosen.
 /// @throws InputError   the target is below min_pitch_target or no number, or modes come without
 ///                      pitch_errors; and what make_mesh and solve throw
 /// @throws SolverError  the first setting failed
 /// @throws ResourceError  any setting ran out of time or memory
 /// @note Collective where make_mesh and solve are.
 PitchResult reach_pitch(const PitchTarget& target, const MeshMaker& make_mesh,
-                        const ModeSolver& solve);
+                        const ModeSolver& solve, const ModeSolver& probe = {});
 
 /// {asked_cents, reached_cents, met, stopped_by, reason, chosen, steps: [{order, element_size_m,
 /// automatic_size, edge_layers, elements, unknowns, seconds, worst_cents, median_cents}]};

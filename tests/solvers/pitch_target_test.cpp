@@ -279,6 +279,61 @@ TEST(PitchTarget, EverySetMustMeetIt) {
   EXPECT_LE(result.sets[1].pitch_errors[2], 2);
 }
 
+/// The harder of two sets alone tells that a setting falls short.
+TEST(PitchTarget, AProbeSparesTheOtherSets) {
+  Body body = tile(smooth(60));
+  int probed = 0;
+  const auto both_with = [&](double wave_number) {
+    return [&body, wave_number](const MeshResult& mesh) {
+      auto sets = body.solver()(mesh);
+      sets.push_back(sets[0]);
+      sets[1].pitch_errors = smooth(wave_number)(solvers::pitch::size_of(mesh.mesh));
+      return sets;
+    };
+  };
+  const auto hardest_with = [&](double wave_number) {
+    return [&probed, both = both_with(wave_number)](const MeshResult& mesh) {
+      ++probed;
+      return std::vector{both(mesh)[1]};
+    };
+  };
+  const auto whole = solvers::pitch::reach_pitch({.cents = 2}, body.mesh_maker(), both_with(120));
+  const int steps = body.solves;
+  ASSERT_GT(steps, 1);
+  body.solves = 0;
+  int solved = 0;
+  const auto counted = [&](const MeshResult& mesh) {
+    ++solved;
+    return both_with(120)(mesh);
+  };
+  const auto spared =
+      solvers::pitch::reach_pitch({.cents = 2}, body.mesh_maker(), counted, hardest_with(120));
+  EXPECT_TRUE(spared.report.met());
+  EXPECT_EQ(spared.sets.size(), 2u);
+  EXPECT_EQ(solved, 1);
+  EXPECT_EQ(probed, steps);
+  EXPECT_EQ(spared.report.reached_cents, whole.report.reached_cents);
+
+  // A probe that was not the worst: all sets are judged where it meets the target.
+  solved = 0;
+  const auto misled =
+      solvers::pitch::reach_pitch({.cents = 2}, body.mesh_maker(), counted, hardest_with(60));
+  EXPECT_TRUE(misled.report.met());
+  EXPECT_GT(solved, 1);
+  EXPECT_LE(misled.sets[1].pitch_errors[2], 2);
+
+  // Where the search gives up, the sets of the best setting are there all the same.
+  solved = 0;
+  const auto stopped = solvers::pitch::reach_pitch({.cents = 0.05, .max_unknowns = 30000},
+                                                   body.mesh_maker(), counted, hardest_with(400));
+  EXPECT_FALSE(stopped.report.met());
+  EXPECT_EQ(solved, 1);
+  EXPECT_EQ(stopped.sets.size(), 2u);
+  EXPECT_EQ(stopped.report.reached_cents, stopped.report.steps[stopped.report.chosen].worst_cents);
+  EXPECT_EQ(stopped.report.reached_cents,
+            std::max(stopped.sets[0].pitch_errors[2], stopped.sets[1].pitch_errors[2]));
+}
+
 TEST(PitchTarget, ModesWithoutEstimatesAndNoModesAtAll) {
   Body body = tile([](const solvers::pitch::MeshSize&) { return std::vector<double>{}; });
   const auto empty = body.reach({.cents = 1}).report;
