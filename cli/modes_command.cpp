@@ -17,6 +17,12 @@ namespace carillon::cli {
 
 namespace {
 
+std::string planes_text(int mirror_planes) {
+  if (mirror_planes == 0) return "";
+  return fmt::format(" in {} classes of {} mirror plane{}", 1 << mirror_planes, mirror_planes,
+                     mirror_planes == 1 ? "" : "s");
+}
+
 /// Why a set is empty, and which way the band would have to be widened.
 std::string why_no_mode(const scene::SolvedObject& object) {
   const solvers::modes::Certificate& certificate = object.modes.certificate;
@@ -64,6 +70,7 @@ nlohmann::json to_json(const scene::SolvedObject& object,
         {"max_residual", certificate.max_residual},
         {"orthonormality", certificate.orthonormality},
         {"unknowns", certificate.unknowns},
+        {"mirror_planes", certificate.mirror_planes},
         {"count_verified", certificate.count_verified},
         {"eigen_solver", solvers::modes::name_of(certificate.eigen_solver)},
         {"linear_solver", solvers::modes::name_of(certificate.linear_solver)}}},
@@ -125,10 +132,11 @@ void print_table(const scene::SolvedObject& object, const synth::damping::DecayR
              certificate.components, certificate.components == 1 ? "" : "s",
              certificate.max_residual);
   if (estimated) print_pitch_errors(object.modes.pitch_errors);
-  const std::string size = !harmonics.empty()
-                               ? fmt::format("{} unknowns to a harmonic", certificate.unknowns)
-                               : fmt::format("{} elements, {} unknowns",
-                                             object.mesh.quality.elements, certificate.unknowns);
+  const std::string size =
+      !harmonics.empty()
+          ? fmt::format("{} unknowns to a harmonic", certificate.unknowns)
+          : fmt::format("{} elements, {} unknowns{}", object.mesh.quality.elements,
+                        certificate.unknowns, planes_text(certificate.mirror_planes));
   fmt::print("{} solver ({}): {}, mass {:.4g} kg\n", scene::name_of(object.solver.solver),
              object.solver.reason, size, object.modes.mass);
   if (const auto& quality = object.mesh.quality; std::isfinite(quality.hausdorff)) {

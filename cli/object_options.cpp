@@ -105,6 +105,7 @@ solvers::eigen::SolveOptions solve_options(const ObjectOptions& options) {
   if (options.linear_solver) {
     solve.linear_solver = solvers::modes::parse_linear_solver(*options.linear_solver);
   }
+  solve.mirror_planes = options.mirror_planes == "automatic";
   if (options.memory_limit) {
     solve.memory_limit = core::memory_limit(*options.memory_limit, "--memory-limit");
   }
@@ -192,6 +193,12 @@ void add_object_options(Command& command, ObjectOptions& options) {
               "not counted; automatic: direct while it fits the memory limit")
       .one_of({"automatic", "direct", "iterative"})
       .show_default("automatic");
+  command
+      .option("--mirror-planes", options.mirror_planes,
+              "automatic: where tetrahedra are exactly symmetric, the part beside the planes is "
+              "solved for each class of modes; off: always the whole")
+      .one_of({"automatic", "off"})
+      .show_default();
   command
       .option("--memory-limit", options.memory_limit,
               "of the solve, all ranks together; decides what automatic means")

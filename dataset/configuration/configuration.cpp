@@ -64,6 +64,8 @@ void read_solver(ConfigNode node, BuildConfig& config) {
       node.choice("linear_solver", {"automatic", "direct", "iterative"}, "automatic"));
   config.solver.solver = solvers::modes::parse_eigen_solver(
       node.choice("eigen_solver", {"block_lanczos", "krylov_schur"}, "block_lanczos"));
+  config.solver.mirror_planes =
+      node.choice("mirror_planes", {"automatic", "off"}, "automatic") == "automatic";
   config.solver.memory_limit = memory_limit(node, "memory_limit", config.solver.memory_limit);
 }
 

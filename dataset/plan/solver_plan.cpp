@@ -73,6 +73,12 @@ void add_tetrahedral(const configuration::BuildConfig& config, std::vector<Solve
   const std::string linear_solver(solvers::modes::name_of(config.solver.linear_solver));
   list.push_back({"linear_solver", linear_solver, linear_solver,
                   linear_solver_reason(config.solver.linear_solver)});
+  const bool mirrored = config.solver.mirror_planes;
+  list.push_back({"mirror_planes", mirrored ? "automatic" : "off", mirrored ? "automatic" : "off",
+                  mirrored
+                      ? "objects whose tetrahedra are exactly symmetric are solved as the part "
+                        "beside the planes, once for each class of modes"
+                      : "every object is solved whole"});
   list.push_back({"memory_limit", config.solver.memory_limit,
                   core::human_binary_bytes(static_cast<double>(config.solver.memory_limit)),
                   "of each modes task, all ranks of its group together"});

@@ -18,7 +18,7 @@ struct SolverChoice {
 
 /// axisymmetric and tetrahedra (how many shapes each solves), band, max_modes, pitch_target; and
 /// where there are tetrahedra order, element_size, max_elements, edge_layers, max_unknowns,
-/// eigen_solver, linear_solver, memory_limit.
+/// eigen_solver, linear_solver, mirror_planes, memory_limit.
 std::vector<SolverChoice> plan_solver(const configuration::BuildConfig& config,
                                       const BuildPlan& plan);
 

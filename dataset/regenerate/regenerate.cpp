@@ -65,10 +65,10 @@ const plan::Sample& find_sample(const plan::BuildPlan& plan, const std::string& 
 std::string modes_identity(const configuration::BuildConfig& config, const plan::Shape& shape) {
   const solvers::eigen::SolveOptions& s = config.solver;
   std::string text = fmt::format(
-      "{} {} {} {} {} {} {} {} {}", solvers::mesh::to_json(shape.request).dump(),
+      "{} {} {} {} {} {} {} {} {} {}", solvers::mesh::to_json(shape.request).dump(),
       config.band.min_frequency, config.band.max_frequency, config.band.max_modes,
       config.pitch_cents, config.pitch_cents > 0 ? config.max_unknowns : 0, s.memory_limit,
-      solvers::modes::name_of(s.solver), solvers::modes::name_of(s.linear_solver));
+      solvers::modes::name_of(s.solver), solvers::modes::name_of(s.linear_solver), s.mirror_planes);
   const configuration::ObjectSource& source = config.objects[shape.source];
   for (const plan::Variant& variant : shape.variants) {
     text += fmt::format(" {} {}", variant.material, variant.size);

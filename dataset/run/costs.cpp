@@ -56,9 +56,10 @@ mpi::Task axisymmetric_task(const configuration::BuildConfig& config, const Expe
   return task;
 }
 
-mpi::Task modes_task(const configuration::BuildConfig& config, const plan::ExpectedObject& object,
+mpi::Task modes_task(const configuration::BuildConfig& config, plan::ExpectedObject object,
                      const ExpectedSets& sets) {
   mpi::Task task;
+  if (!config.solver.mirror_planes) object.mesh.images = 1;
   task.cost = solvers::pitch::solve_seconds(object.mesh, sets);
   const solvers::pitch::MeshSize last =
       solvers::pitch::expected_refinement(object.mesh, config.pitch_cents, config.max_unknowns);

@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <numbers>
 
@@ -24,7 +25,44 @@ namespace {
       "straighten its curved sides, or mesh the object again with another element size");
 }
 
+/// Cuts off what the class holds.
+void hold_unknowns(const mesh::TetMesh& mesh, System& system) {
+  const auto& graph = system.graph;
+  for (const auto node : system.partition.node)
+    system.held.push_back(system.mirror.held_at(mesh.nodes[static_cast<std::size_t>(node)]));
+  for (std::int32_t row = 0; row < graph.rows(); ++row) {
+    const auto begin = graph.first[static_cast<std::size_t>(row)];
+    const auto width = graph.first[static_cast<std::size_t>(row) + 1] - begin;
+    for (std::int64_t k = 0; k < width; ++k) {
+      const auto column = graph.column[static_cast<std::size_t>(begin + k)];
+      for (int i = 0; i < 3; ++i) {
+        for (int j = 0; j < 3; ++j) {
+          const bool is_diagonal = column == graph.begin + row && i == j;
+          if (is_diagonal || (!system.is_held(graph.begin + row, i) && !system.is_held(column, j)))
+            continue;
+          system.stiffness[static_cast<std::size_t>(9 * begin + (i * width + k) * 3 + j)] = 0;
+        }
+      }
+    }
+  }
+}
+
 }  // namespace
+
+std::int64_t System::free_unknowns() const {
+  std::int64_t count = unknowns();
+  for (const auto bits : held) count -= std::popcount(bits);
+  return count;
+}
+
+void hold(const System& system, Eigen::Ref<Eigen::MatrixXd> fields) {
+  if (system.held.empty()) return;
+  for (std::int32_t row = 0; row < system.graph.rows(); ++row) {
+    for (int i = 0; i < 3; ++i) {
+      if (system.is_held(system.graph.begin + row, i)) fields.row(3 * row + i).setZero();
+    }
+  }
+}
 
 double Scales::from_frequency(double hertz) const {
   const double omega = 2 * std::numbers::pi * hertz;
@@ -128,10 +166,11 @@ void add_element(std::span<const std::int32_t> element, const Eigen::MatrixXd& k
 }
 
 System assemble(const mesh::TetMesh& mesh, std::span<const elements::Elastic> regions,
-                Partition part, MPI_Comm comm) {
+                Partition part, MPI_Comm comm, const MirrorClass& mirror) {
   System system;
   mpi::agreed_in_group(comm, [&] {
     system = empty_system(mesh, scales_of(mesh, regions), std::move(part), comm);
+    system.mirror = mirror;
     const auto constants = elastic_constants(regions, system.scales);
     elements::ElementKernel kernel(mesh.order);
     elements::Coordinates nodes;
@@ -144,6 +183,7 @@ System assemble(const mesh::TetMesh& mesh, std::span<const elements::Elastic> re
       kernel.mass(material.density, m);
       add_element(mesh.element(e), k, m, system);
     }
+    if (!mirror.planes.empty()) hold_unknowns(mesh, system);
   });
   return system;
 }

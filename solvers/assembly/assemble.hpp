@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "solvers/assembly/mirror_class.hpp"
 #include "solvers/assembly/partition.hpp"
 #include "solvers/elements/elastic.hpp"
 #include "solvers/elements/element.hpp"
@@ -37,10 +38,27 @@ struct System {
   NodeGraph graph;
   std::vector<double> stiffness;  ///< as block CSR rows: row 3 r + i holds 3 x (columns of r)
   std::vector<double> mass;       ///< one for each graph.column
+  MirrorClass mirror;             ///< of the fields that count
+  /// Of every node by its new number, the components that the class holds at zero (bits); empty
+  /// where it holds none. A held unknown is cut off: K keeps its diagonal entry alone, and M has
+  /// none there (couples()), though `mass` does. Fields are zero there.
+  std::vector<std::uint8_t> held;
 
   std::int64_t unknowns() const { return 3 * static_cast<std::int64_t>(partition.node_count()); }
+  /// Without those that are held.
+  std::int64_t free_unknowns() const;
   std::int32_t owned_unknowns() const { return 3 * graph.rows(); }
+  bool is_held(std::int32_t number, int component) const {
+    return !held.empty() && (held[static_cast<std::size_t>(number)] >> component & 1) != 0;
+  }
+  /// Whether M couples a component of two nodes, by their new numbers.
+  bool couples(std::int32_t one, std::int32_t other, int component) const {
+    return !is_held(one, component) && !is_held(other, component);
+  }
 };
+
+/// Sets what a class holds at zero: owned unknowns x any.
+void hold(const System& system, Eigen::Ref<Eigen::MatrixXd> fields);
 
 /// This rank's rows of K and M, all zero.
 System empty_system(const mesh::TetMesh& mesh, const Scales& scales, Partition part, MPI_Comm comm);
@@ -56,11 +74,12 @@ void add_element(std::span<const std::int32_t> element, const Eigen::MatrixXd& k
 /// Each rank computes every element that touches a node it owns and keeps its own rows: no
 /// communication, and entries that do not depend on the number of ranks.
 ///
-/// @param part  the mesh cut into as many parts as comm has ranks
+/// @param part    the mesh cut into as many parts as comm has ranks
+/// @param mirror  the class of fields that are wanted, where the mesh is a part beside its planes
 /// @throws core::SolverError  an element's Jacobian is not positive; names the element
 /// @note Collective on comm.
 System assemble(const mesh::TetMesh& mesh, std::span<const elements::Elastic> regions,
-                Partition part, MPI_Comm comm);
+                Partition part, MPI_Comm comm, const MirrorClass& mirror = {});
 
 /// Dimensionless constants of each region.
 std::vector<elements::ElasticConstants> elastic_constants(

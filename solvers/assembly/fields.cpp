@@ -110,6 +110,7 @@ std::vector<Eigen::MatrixXd> apply_stiffness(
     mpi::agreed_in_group(comm,
                          [&] { write_products(mesh, system, materials, gathered, first, out); });
   }
+  for (auto& product : out) hold(system, product);
   return out;
 }
 

@@ -206,6 +206,7 @@ void Products::mass(const Eigen::Ref<const Eigen::MatrixXd>& x,
     block<1>(x, k, out,
              [&](const double* from, double* const* to) { multiply_mass<double>(rows, from, to); });
   }
+  hold(system_, out);
 }
 
 void Products::shifted(double shift, const Eigen::Ref<const Eigen::MatrixXd>& x,
@@ -224,6 +225,7 @@ void Products::shifted(double shift, const Eigen::Ref<const Eigen::MatrixXd>& x,
       multiply_shifted<double>(rows, shift, from, to);
     });
   }
+  hold(system_, out);
 }
 
 }  // namespace carillon::solvers::assembly

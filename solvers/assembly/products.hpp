@@ -10,8 +10,8 @@
 
 namespace carillon::solvers::assembly {
 
-/// K and M times blocks of columns, straight from a System's rows: no second copy of the matrices,
-/// and each entry is read once for eight columns.
+/// K and M times blocks of columns that are zero where unknowns are held, straight from a System's
+/// rows: no second copy of the matrices, and each entry is read once for eight columns.
 class Products {
  public:
   /// @param system  is referred to, not copied

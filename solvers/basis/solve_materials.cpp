@@ -10,6 +10,7 @@
 #include "mpi/comm.hpp"
 #include "solvers/basis/detail/poisson_basis.hpp"
 #include "solvers/eigen/cached_modes.hpp"
+#include "solvers/eigen/mirrored_solve.hpp"
 #include "solvers/eigen/select.hpp"
 
 namespace carillon::solvers::basis {
@@ -46,8 +47,8 @@ modes::Band snapshot_band(std::span<const ModeRequest> requests, const SolveGrou
 }
 
 /// A request's modes from the basis, unless they cannot be certified.
-std::optional<modes::Modes> from_basis(const mesh::TetMesh& mesh, const PoissonBasis& basis,
-                                       const ModeRequest& request, MPI_Comm comm) {
+std::optional<eigen::ClassModes> from_basis(const mesh::TetMesh& mesh, const PoissonBasis& basis,
+                                            const ModeRequest& request, MPI_Comm comm) {
   const double factor = speed(request, basis.regions);
   const auto band = scaled(request.band, 1 / factor);
   const double ratio = request.regions[0].poisson_ratio;
@@ -58,8 +59,12 @@ std::optional<modes::Modes> from_basis(const mesh::TetMesh& mesh, const PoissonB
                                {scales.from_frequency(band.bottom()),
                                 scales.from_frequency(band.max_frequency), band.max_modes},
                                comm);
-  auto modes = eigen::select_modes(mesh, regions, band, *basis.system, ritz.found, comm);
+  eigen::ClassModes out;
+  auto& modes = out.modes;
+  modes = eigen::select_modes(mesh, regions, band, *basis.system, ritz.found, comm);
 
+  const auto& own = request.regions[0];
+  const double unit = scales.eigenvalue() * factor * factor;
   double error = 0;
   const auto& values = ritz.found.pairs.values;
   for (std::size_t k = 0; k < modes.size(); ++k) {
@@ -73,9 +78,13 @@ std::optional<modes::Modes> from_basis(const mesh::TetMesh& mesh, const PoissonB
     const double added =
         0.5 * std::max(core::cents(value / ritz.lower[pair]), std::abs(core::cents(value / *near)));
     error = std::max(error, added);
-    if (!ritz.pitch_errors.empty()) {
-      modes.pitch_errors.push_back(ritz.pitch_errors[pair] + added);
-    }
+    if (ritz.truth.empty()) continue;
+    auto truth = ritz.truth[pair];
+    truth.found *= unit;
+    truth.eigenvalue *= unit;
+    truth.likely *= unit;
+    truth.added = added;
+    out.truth.push_back(truth);
   }
   if (error > largest_basis_error) return std::nullopt;
   // Complete as far as the set goes, or not at all.
@@ -85,7 +94,6 @@ std::optional<modes::Modes> from_basis(const mesh::TetMesh& mesh, const PoissonB
                               : ritz.found.all_verified;
   if (!proved) return std::nullopt;
 
-  const auto& own = request.regions[0];
   modes = modes::rescale(modes, 1, own.youngs_modulus / basis.regions[0].youngs_modulus,
                          own.density / basis.regions[0].density);
   modes.certificate.min_frequency = request.band.min_frequency;
@@ -95,7 +103,51 @@ std::optional<modes::Modes> from_basis(const mesh::TetMesh& mesh, const PoissonB
   }
   modes.certificate.snapshots = static_cast<int>(basis.snapshots.size());
   modes.certificate.basis_error = error;
-  return modes;
+  return out;
+}
+
+/// A group's requests from one basis, of a class of fields on a part or of all on a body.
+std::vector<std::optional<eigen::ClassModes>> serve(
+    const mesh::TetMesh& mesh, std::span<const ModeRequest> requests, const SolveGroup& group,
+    const eigen::SolveOptions& options, const assembly::MirrorClass& mirror,
+    const eigen::ErrorMargins* margins, MPI_Comm comm, core::Trace& trace) {
+  std::vector<std::optional<eigen::ClassModes>> served(group.requests.size());
+  if (eigen::too_small_to_split(mesh, comm)) {
+    mpi::agreed_in_group(comm, [&] {
+      served = serve(mesh, requests, group, options, mirror, margins, MPI_COMM_SELF, trace);
+    });
+    return served;
+  }
+  // Solved in the material of the slowest waves, the last of the group.
+  const auto& solved = requests[group.requests.back()].regions;
+  auto joint = options;
+  joint.band = snapshot_band(requests, group, solved);
+  const auto basis =
+      make_poisson_basis(mesh, solved, group.snapshots, joint, mirror, margins, comm, trace);
+  for (std::size_t k = 0; k < served.size() && basis; ++k) {
+    const core::ScopedTimer timer(trace.stages["ritz"]);
+    served[k] = from_basis(mesh, *basis, requests[group.requests[k]], comm);
+  }
+  return served;
+}
+
+/// The same of a body by its mirror planes.
+std::vector<std::optional<modes::Modes>> serve_by_classes(const mesh::TetMesh& mesh,
+                                                          const eigen::PartToSolve& body,
+                                                          std::span<const ModeRequest> requests,
+                                                          const SolveGroup& group,
+                                                          const eigen::SolveOptions& options,
+                                                          MPI_Comm comm, core::Trace& trace) {
+  std::vector<modes::Band> bands;
+  for (const auto i : group.requests) bands.push_back(requests[i].band);
+  const eigen::SolveClass solve = [&](const assembly::MirrorClass& mirror,
+                                      std::span<const modes::Band> asked,
+                                      const eigen::SolveOptions& limits, MPI_Comm of_class) {
+    std::vector<ModeRequest> own(requests.begin(), requests.end());
+    for (std::size_t k = 0; k < asked.size(); ++k) own[group.requests[k]].band = asked[k];
+    return serve(body.part.mesh, own, group, limits, mirror, &body.margins, of_class, trace);
+  };
+  return eigen::solve_classes(mesh, body, bands, options, solve, comm);
 }
 
 /// Modes of all requests of a group that shares a basis.
@@ -104,28 +156,27 @@ std::vector<modes::Modes> solve_together(const mesh::TetMesh& mesh,
                                          const SolveGroup& group,
                                          const eigen::SolveOptions& options, MPI_Comm comm,
                                          core::Trace& trace) {
-  if (eigen::too_small_to_split(mesh, comm)) {
-    std::vector<modes::Modes> modes;
-    mpi::agreed_in_group(comm, [&] {
-      modes = solve_together(mesh, requests, group, options, MPI_COMM_SELF, trace);
-    });
-    return modes;
-  }
+  std::optional<eigen::PartToSolve> body;
   for (const auto i : group.requests) {
     mpi::agreed_in_group(comm,
                          [&] { eigen::check_input(mesh, requests[i].regions, requests[i].band); });
   }
-  // Solved in the material of the slowest waves, the last of the group.
-  const auto& solved = requests[group.requests.back()].regions;
-  auto joint = options;
-  joint.band = snapshot_band(requests, group, solved);
-  auto basis = make_poisson_basis(mesh, solved, group.snapshots, joint, comm, trace);
-  std::vector<std::optional<modes::Modes>> served(group.requests.size());
-  for (std::size_t k = 0; k < served.size() && basis; ++k) {
-    const core::ScopedTimer timer(trace.stages["ritz"]);
-    served[k] = from_basis(mesh, *basis, requests[group.requests[k]], comm);
+  mpi::agreed_in_group(comm, [&] {
+    body = eigen::part_to_solve(mesh, requests[group.requests.front()].regions, options,
+                                mpi::size(comm));
+  });
+  std::vector<std::optional<modes::Modes>> served;
+  if (body) {
+    served = serve_by_classes(mesh, *body, requests, group, options, comm, trace);
+  } else {
+    for (auto& whole : serve(mesh, requests, group, options, {}, nullptr, comm, trace)) {
+      auto& one = served.emplace_back();
+      if (!whole) continue;
+      one = std::move(whole->modes);
+      if (!whole->truth.empty())
+        one->pitch_errors = eigen::pitch_errors(one->eigenvalues, std::move(whole->truth));
+    }
   }
-  basis.reset();
   std::vector<modes::Modes> out;
   for (std::size_t k = 0; k < served.size(); ++k) {
     if (served[k]) {

@@ -15,7 +15,7 @@ namespace {
 
 /// Part of every key: raise it when solve_modes() gives other values for equal input, or files of
 /// modes another layout.
-constexpr std::string_view solver_version = "carillon modes 8";
+constexpr std::string_view solver_version = "carillon modes 9";
 
 std::filesystem::path file_of(const std::filesystem::path& cache, const std::string& key) {
   return cache / (key + ".h5");
@@ -51,7 +51,8 @@ std::string modes_key(const mesh::TetMesh& mesh, std::span<const elements::Elast
       {options.band.min_frequency, options.band.max_frequency,
        static_cast<double>(options.band.max_modes), options.band.counted_from, options.tolerance,
        static_cast<double>(options.solver), static_cast<double>(options.linear_solver),
-       static_cast<double>(options.memory_limit), options.estimate_errors ? 1.0 : 0.0});
+       static_cast<double>(options.memory_limit), options.estimate_errors ? 1.0 : 0.0,
+       options.mirror_planes ? 1.0 : 0.0});
   hash.add(std::span<const double>(numbers));
   return hash.hex();
 }

@@ -135,7 +135,10 @@ cholmod_sparse* permuted_lower(const assembly::System& system, double shift, con
         const auto row = place[static_cast<std::size_t>(3 * Index{graph.column[pair]} + i)];
         if (row < column) continue;
         rows[count] = row;
-        values[count] = stiffness[3 * k + i] - (i == component ? shift * system.mass[pair] : 0.0);
+        const bool has_mass =
+            i == component && system.couples(static_cast<std::int32_t>(node), graph.column[pair],
+                                             static_cast<int>(component));
+        values[count] = stiffness[3 * k + i] - (has_mass ? shift * system.mass[pair] : 0.0);
         ++count;
       }
     }

@@ -105,7 +105,7 @@ EigenPairs lanczos(const assembly::System& system, const EigenRequest& request,
   const assembly::Products products(system, comm);
   LanczosProblem problem;
   problem.owned = system.owned_unknowns();
-  problem.total = system.unknowns();
+  problem.total = system.free_unknowns();
   problem.comm = comm;
   problem.apply = shifted.inverse;
   problem.mass = [&products](const auto& x, auto out) { products.mass(x, out); };
@@ -114,7 +114,7 @@ EigenPairs lanczos(const assembly::System& system, const EigenRequest& request,
     fill_start(system, request.seed, number, out);
   };
   LanczosOptions options;
-  options.pairs = static_cast<int>(std::min<std::int64_t>(request.pairs, system.unknowns()));
+  options.pairs = static_cast<int>(std::min<std::int64_t>(request.pairs, system.free_unknowns()));
   options.tolerance = request.tolerance;
   options.basis = request.basis;
   auto found = block_lanczos(problem, options);
@@ -218,7 +218,10 @@ void dense(const assembly::System& system, const EigenRequest& request, double s
           const auto at = 9 * begin + i * 3 * width + 3 * k + j;
           a(3 * row + i, 3 * column + j) = system.stiffness[static_cast<std::size_t>(at)];
         }
-        m(3 * row + i, 3 * column + i) = system.mass[static_cast<std::size_t>(begin + k)];
+        if (system.couples(static_cast<std::int32_t>(row), static_cast<std::int32_t>(column),
+                           static_cast<int>(i))) {
+          m(3 * row + i, 3 * column + i) = system.mass[static_cast<std::size_t>(begin + k)];
+        }
       }
     }
   }
@@ -230,7 +233,7 @@ void dense(const assembly::System& system, const EigenRequest& request, double s
     throw core::SolverError("the dense eigenproblem could not be solved",
                             "the mesh may have elements that are nearly flat");
   }
-  const auto wanted = std::min<Eigen::Index>(request.pairs, n);
+  const auto wanted = std::min<Eigen::Index>(request.pairs, system.free_unknowns());
   pairs.vectors.resize(n, wanted);
   for (Eigen::Index k = 0; k < wanted; ++k) {
     const double inverse = solver.eigenvalues()[n - 1 - k];
@@ -274,7 +277,7 @@ ShiftedSystem factor_shifted(const assembly::System& system, double shift, const
 EigenPairs lowest_pairs(const assembly::System& system, const EigenRequest& request,
                         const ShiftedSystem& shifted, MPI_Comm comm) {
   EigenPairs pairs;
-  if (size_of(comm) == 1 && wants_dense(system.unknowns(), request.pairs)) {
+  if (size_of(comm) == 1 && wants_dense(system.free_unknowns(), request.pairs)) {
     dense(system, request, shifted.shift, pairs);
     pairs.solver = modes::EigenSolver::dense;
   } else if (request.solver == modes::EigenSolver::krylov_schur) {

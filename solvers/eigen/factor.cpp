@@ -152,7 +152,10 @@ MatHandle shifted_matrix(const assembly::System& system, double shift, bool defi
         for (std::size_t j = 0; j < 3; ++j) {
           column[start + 3 * k + j] = 3 * graph.column[begin + k] + static_cast<PetscInt>(j);
         }
-        values[start + 3 * k + i] -= shift * system.mass[begin + k];
+        if (system.couples(graph.begin + static_cast<std::int32_t>(row), graph.column[begin + k],
+                           static_cast<int>(i))) {
+          values[start + 3 * k + i] -= shift * system.mass[begin + k];
+        }
       }
       first.push_back(static_cast<PetscInt>(start + 3 * width));
     }

@@ -14,6 +14,7 @@
 #include "solvers/eigen/detail/finer_space.hpp"
 #include "solvers/eigen/detail/rigid.hpp"
 #include "solvers/mesh/inward_edges.hpp"
+#include "solvers/mesh/raise_order.hpp"
 
 namespace carillon::solvers::eigen {
 namespace {
@@ -59,10 +60,9 @@ double pitch_change(double ratio) {
 /// What a mesh's solved order misses, by what the next order changes.
 class Saturation {
  public:
-  explicit Saturation(const mesh::TetMesh& mesh)
-      : power_(saturation.at(static_cast<std::size_t>(mesh.order - 1))),
-        along_edges_(is_flat(mesh) ? missed_along_edges.at(static_cast<std::size_t>(mesh.order - 1))
-                                   : 0) {}
+  Saturation(int order, bool is_flat)
+      : power_(saturation.at(static_cast<std::size_t>(order - 1))),
+        along_edges_(is_flat ? missed_along_edges.at(static_cast<std::size_t>(order - 1)) : 0) {}
 
   /// @param change   [cent], and so is the result
   /// @param further  what inward edges add to the factor
@@ -71,41 +71,32 @@ class Saturation {
     return (power_ + further) * change + along_edges_ * std::max(change, -edge_cents);
   }
 
-  /// What each element's inward edges add to the factor.
-  static std::vector<double> further_at_edges(const mesh::TetMesh& mesh, int order) {
-    const double usual = saturation.at(static_cast<std::size_t>(order - 1));
-    std::vector<double> further;
-    for (const mesh::NearestEdge& edge : mesh::nearest_edges(mesh))
-      further.push_back(std::max(0.0, missed_at_edge(edge, order) - usual));
-    return further;
-  }
-
  private:
   double power_, along_edges_;
 };
-
-/// How much of a body is in elements that are all of a bar's section, by their number.
-double section_fraction(const mesh::TetMesh& mesh) {
-  const std::vector<bool> is_section = mesh::between_sharp_edges(mesh);
-  return static_cast<double>(std::count(is_section.begin(), is_section.end(), true)) /
-         static_cast<double>(std::max<std::size_t>(1, is_section.size()));
-}
 
 /// Takes rigid motions out of fields: shapes that are orthogonal to them on the solved order's
 /// curved elements are not quite so on the next order's.
 class RigidPart {
  public:
-  RigidPart(const FinerSpace& space, const assembly::Scales& scales)
+  RigidPart(const FinerSpace& space, const assembly::System& system)
       : component_(mesh::node_components(space.mesh())) {
+    const std::vector<int> kinds = system.mirror.rigid_motions();
+    const auto each = static_cast<Eigen::Index>(kinds.size());
+    if (each == 0) return;
+    const Vec3 middle = system.mirror.planes.empty()
+                            ? system.scales.origin
+                            : Vec3((system.mirror.box.low + system.mirror.box.high) / 2);
     const auto& nodes = space.mesh().nodes;
-    motions_.resize(6, 3 * static_cast<Eigen::Index>(nodes.size()));
+    motions_.resize(each, 3 * static_cast<Eigen::Index>(nodes.size()));
     for (std::size_t n = 0; n < nodes.size(); ++n) {
-      const Vec3 arm = (nodes[n] - scales.origin) / scales.length;
-      motions_.middleCols<3>(column(n)) = rigid_motions_at(arm).transpose();
+      const Vec3 arm = (nodes[n] - middle) / system.scales.length;
+      motions_.middleCols<3>(column(n)) = rigid_motions_at(arm)(Eigen::all, kinds).transpose();
     }
+    space.hold(motions_);
     space.apply_mass(motions_, inert_);
     const auto count = *std::max_element(component_.begin(), component_.end()) + 1;
-    gram_.assign(static_cast<std::size_t>(count), Eigen::MatrixXd::Zero(6, 6));
+    gram_.assign(static_cast<std::size_t>(count), Eigen::MatrixXd::Zero(each, each));
     for (std::size_t n = 0; n < nodes.size(); ++n) {
       gram_[component(n)] +=
           motions_.middleCols<3>(column(n)) * inert_.middleCols<3>(column(n)).transpose();
@@ -113,7 +104,9 @@ class RigidPart {
   }
 
   void remove_from(Fields& x) const {
-    std::vector<Eigen::MatrixXd> fraction(gram_.size(), Eigen::MatrixXd::Zero(6, x.rows()));
+    if (gram_.empty()) return;
+    std::vector<Eigen::MatrixXd> fraction(gram_.size(),
+                                          Eigen::MatrixXd::Zero(motions_.rows(), x.rows()));
     for (std::size_t n = 0; n < component_.size(); ++n) {
       fraction[component(n)] +=
           inert_.middleCols<3>(column(n)) * x.middleCols<3>(column(n)).transpose();
@@ -229,15 +222,15 @@ class Estimator {
  public:
   Estimator(const mesh::TetMesh& mesh, std::span<const elements::Elastic> regions,
             const assembly::System& system, const ShiftedSystem& shifted, const FinerSpace& space,
-            std::int64_t memory, MPI_Comm comm)
+            const ErrorMargins& margins, std::int64_t memory, MPI_Comm comm)
       : shift_(shifted.shift),
-        saturation_(mesh),
-        further_(Saturation::further_at_edges(space.mesh(), mesh.order)),
-        margin_(mesh.order == 2 ? 1 + missed_by_sections * section_fraction(mesh) : 1),
+        saturation_(mesh.order, margins.is_flat),
+        further_(margins.at_edges),
+        margin_(mesh.order == 2 ? 1 + missed_by_sections * margins.section_fraction : 1),
         space_(space),
         comm_(comm),
         correction_(mesh, regions, system, shifted, space, memory, comm),
-        rigid_(space, system.scales) {}
+        rigid_(space, system) {}
 
   /// @param owned   modes, owned unknowns x modes
   /// @param values  their eigenvalues, dimensionless, ascending
@@ -277,7 +270,7 @@ class Estimator {
  private:
   double shift_;
   Saturation saturation_;
-  std::vector<double> further_;  ///< for each element
+  const std::vector<double>& further_;  ///< for each element
   double margin_;
   const FinerSpace& space_;
   MPI_Comm comm_;
@@ -316,16 +309,29 @@ std::vector<double> pitch_errors(std::span<const double> found, std::vector<True
   std::vector<double> out;
   for (std::size_t k = 0; k < found.size(); ++k) {
     const double error = truth[k].margin * std::abs(pitch_change(found[k] / truth[k].eigenvalue));
-    out.push_back(std::max({smallest_error, truth[k].uncertainty, error}));
+    out.push_back(std::max({smallest_error, truth[k].uncertainty, error}) + truth[k].added);
   }
   return out;
+}
+
+ErrorMargins error_margins(const mesh::TetMesh& mesh) {
+  ErrorMargins margins;
+  margins.is_flat = is_flat(mesh);
+  const std::vector<bool> is_section = mesh::between_sharp_edges(mesh);
+  margins.section_fraction =
+      static_cast<double>(std::count(is_section.begin(), is_section.end(), true)) /
+      static_cast<double>(std::max<std::size_t>(1, is_section.size()));
+  const double usual = saturation.at(static_cast<std::size_t>(mesh.order - 1));
+  for (const mesh::NearestEdge& edge : mesh::nearest_edges(mesh::next_order(mesh)))
+    margins.at_edges.push_back(std::max(0.0, missed_at_edge(edge, mesh.order) - usual));
+  return margins;
 }
 
 TrueModes estimate_true_modes(const mesh::TetMesh& mesh, std::span<const elements::Elastic> regions,
                               const assembly::System& system, const SearchResult& found,
                               std::span<const std::size_t> chosen,
                               std::span<const double> eigenvalues, std::int64_t memory,
-                              MPI_Comm comm) {
+                              MPI_Comm comm, const ErrorMargins* margins) {
   const auto count = static_cast<Eigen::Index>(chosen.size());
   TrueModes out{{}, Eigen::MatrixXd::Identity(count, count)};
   for (const double value : eigenvalues) {
@@ -338,7 +344,9 @@ TrueModes estimate_true_modes(const mesh::TetMesh& mesh, std::span<const element
   const auto for_factor = memory / 2, for_each = memory / ranks / 4;
   const FinerSpace space(mesh, regions, system, found.shifted.shift, for_each, comm);
   if (!space.is_sound()) return out;
-  const Estimator estimator(mesh, regions, system, found.shifted, space, for_factor, comm);
+  const ErrorMargins own = margins ? ErrorMargins() : error_margins(mesh);
+  const Estimator estimator(mesh, regions, system, found.shifted, space, margins ? *margins : own,
+                            for_factor, comm);
   const double unit = system.scales.eigenvalue();
   const auto block = block_size(count, space.mesh().nodes.size(), for_each);
   for (Eigen::Index first = 0; first < count; first += block) {

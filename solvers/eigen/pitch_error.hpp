@@ -22,6 +22,7 @@ struct TrueMode {
   /// may miss: tells in which order modes come. 0: `eigenvalue` does.
   double likely = 0;
   double margin = 1;  ///< the error that is told over the one that the eigenvalue has
+  double added = 0;   ///< [cents] that come on top in any case
 };
 
 struct TrueModes {
@@ -36,6 +37,15 @@ struct TrueModes {
 /// @return [cents] at least 0.01 (what solver tolerances leave open)
 std::vector<double> pitch_errors(std::span<const double> found, std::vector<TrueMode> truth);
 
+/// What a mesh's order misses beyond what the next one changes, by where its elements lie.
+struct ErrorMargins {
+  bool is_flat = false;          ///< many elements are wider than a wall is thick
+  double section_fraction = 0;   ///< of the elements, those that are all of a bar's section
+  std::vector<double> at_edges;  ///< what inward edges add to each element's factor
+};
+/// @param mesh  a whole body
+ErrorMargins error_margins(const mesh::TetMesh& mesh);
+
 /// Modes of a body from what the same elements at the next order (next_order: nodes on the true
 /// surface) change: a hierarchical surplus, solved nearly exactly. One step of inverse iteration on
 /// that space starts from every mode, by conjugate gradients; Rayleigh and Ritz's procedure on the
@@ -48,13 +58,15 @@ std::vector<double> pitch_errors(std::span<const double> found, std::vector<True
 /// @param memory       [byte] for all ranks together; what it bounds is how many modes are treated
 ///                     at once, whether element matrices are kept, and whether flat elements get a
 ///                     factor of the next order; min_estimate_bytes() at least
+/// @param margins      where the mesh is a part of a body: the body's, for the part's elements;
+///                     null: error_margins(mesh)
 /// @return with infinite eigenvalues where the next order's elements are turned inside out
 /// @note Collective on comm; the same on every rank.
 TrueModes estimate_true_modes(const mesh::TetMesh& mesh, std::span<const elements::Elastic> regions,
                               const assembly::System& system, const SearchResult& found,
                               std::span<const std::size_t> chosen,
                               std::span<const double> eigenvalues, std::int64_t memory,
-                              MPI_Comm comm);
+                              MPI_Comm comm, const ErrorMargins* margins = nullptr);
 
 /// Bytes that an estimate takes at least beside the pairs, all ranks together: whole fields of a
 /// few modes on each, and the blocks that smooth.

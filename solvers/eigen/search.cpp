@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <optional>
 #include <vector>
 
@@ -61,13 +62,15 @@ class Search {
         trace_(trace),
         methods_(methods),
         component_(mesh::node_components(mesh)),
-        rigid_(6 * mesh::count_components(mesh)),
-        estimate_(system.scales.from_frequency(estimate_first_frequency(mesh, regions))),
+        components_(mesh::count_components(mesh)),
+        rigid_(std::ssize(system.mirror.rigid_motions()) * components_),
+        estimate_(system.scales.from_frequency(
+            estimate_first_frequency(mesh, regions, system.mirror.box.longest_side()))),
         bottom_(system.scales.from_frequency(options.band.bottom())),
         top_(system.scales.from_frequency(options.band.max_frequency)) {}
 
   SearchResult run() {
-    result_.components = static_cast<int>(rigid_ / 6);
+    result_.components = components_;
     choose_solver();
     if (memory_.counts) {
       find_counted();
@@ -103,7 +106,7 @@ class Search {
   }
 
   std::int64_t pairs_for(std::int64_t wanted) const {
-    return std::min(wanted + rigid_ + spare_modes + more_, system_.unknowns());
+    return std::min(wanted + rigid_ + spare_modes + more_, system_.free_unknowns());
   }
 
   /// Ends the search on every rank once the first one's clock has passed the limit.
@@ -211,7 +214,7 @@ class Search {
 
   double highest() const { return flexible_value(result_, result_.flexible.size() - 1); }
 
-  bool all_found() const { return result_.pairs.size() == system_.unknowns(); }
+  bool all_found() const { return result_.pairs.size() == system_.free_unknowns(); }
 
   std::int64_t found_below(double value) const {
     return std::count_if(result_.flexible.begin(), result_.flexible.end(),
@@ -382,6 +385,7 @@ class Search {
   MemoryNeeds needs_;
   MemoryDecision memory_;
   std::vector<std::int32_t> component_;
+  int components_;
   std::int64_t rigid_;
   double estimate_, bottom_, top_;  ///< dimensionless eigenvalues
   double counted_at_ = 0;
@@ -397,8 +401,8 @@ class Search {
 }  // namespace
 
 double estimate_first_frequency(const mesh::TetMesh& mesh,
-                                std::span<const elements::Elastic> regions) {
-  const double length = mesh::bounding_box(mesh.nodes).longest_side();
+                                std::span<const elements::Elastic> regions, double length) {
+  if (length == 0) length = mesh::bounding_box(mesh.nodes).longest_side();
   return mean_wave_speed(mesh, regions) * mesh::mean_thickness(mesh) / (length * length);
 }
 

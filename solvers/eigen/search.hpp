@@ -44,8 +44,9 @@ struct SearchMethods {
 /// as 2 volume / area and as long as the longest side, c (2 V / A) / L^2 with c = sqrt(E / rho)
 /// (the constant of a free bar or plate is near 1). In a body of several materials E is that of the
 /// mean compliance, rho the mean density.
+/// @param length  the body's longest side [m], where `mesh` is a part of it; 0: the mesh's own
 double estimate_first_frequency(const mesh::TetMesh& mesh,
-                                std::span<const elements::Elastic> regions);
+                                std::span<const elements::Elastic> regions, double length = 0);
 
 /// Counts, solves and verifies: the lowest flexible modes up to the band's top, as many as
 /// max_modes asks for above its bottom. Where modes are missing a second attempt takes a larger

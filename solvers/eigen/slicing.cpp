@@ -56,7 +56,7 @@ EigenPairs slice_spectrum(const assembly::System& system, double low, double hig
   libraries::check(EPSSetInterval(eps.get(), low, high));
   libraries::check(EPSSetWhichEigenpairs(eps.get(), EPS_ALL));
   libraries::check(EPSSetTolerances(eps.get(), tolerance, 200));
-  const auto unknowns = static_cast<PetscInt>(system.unknowns());
+  const auto unknowns = static_cast<PetscInt>(system.free_unknowns());
   const auto pairs = std::min<PetscInt>(pairs_per_shift, std::max<PetscInt>(1, unknowns / 3));
   libraries::check(EPSKrylovSchurSetDimensions(eps.get(), pairs, PETSC_DEFAULT, PETSC_DEFAULT));
   libraries::check(EPSSetFromOptions(eps.get()));

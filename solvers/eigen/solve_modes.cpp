@@ -11,6 +11,7 @@
 #include "mpi/comm.hpp"
 #include "solvers/assembly/assemble.hpp"
 #include "solvers/eigen/extract.hpp"
+#include "solvers/eigen/mirrored_solve.hpp"
 #include "solvers/eigen/pitch_error.hpp"
 #include "solvers/eigen/search.hpp"
 #include "solvers/eigen/select.hpp"
@@ -134,8 +135,9 @@ modes::Modes select_modes(const mesh::TetMesh& mesh, std::span<const elements::E
   certificate.min_frequency = band.min_frequency;
   certificate.max_frequency = band.max_frequency;
   certificate.components = found.components;
-  certificate.rigid_modes = 6 * found.components;
-  certificate.unknowns = system.unknowns();
+  certificate.rigid_modes =
+      static_cast<int>(system.mirror.rigid_motions().size()) * found.components;
+  certificate.unknowns = system.free_unknowns();
   certificate.orthonormality = found.pairs.orthonormality;
   certificate.max_residual =
       modes.residuals.empty() ? 0
@@ -173,20 +175,19 @@ modes::Modes solve_modes(const mesh::TetMesh& mesh, std::span<const elements::El
   return solve_modes(mesh, regions, options, comm, trace, SearchMethods());
 }
 
-modes::Modes solve_modes(const mesh::TetMesh& mesh, std::span<const elements::Elastic> regions,
-                         const SolveOptions& options, MPI_Comm comm, core::Trace& trace,
-                         const SearchMethods& methods) {
-  modes::Modes modes;
-  mpi::agreed_in_group(comm, [&] { check_input(mesh, regions, options.band); });
-  if (mesh.faces.empty()) {
-    mesh::TetMesh bounded = mesh;
-    bounded.faces = mesh::boundary_faces(mesh);
-    return solve_modes(bounded, regions, options, comm, trace, methods);
-  }
+namespace {
+
+/// Modes of one class on a part, or of all fields on a body.
+ClassModes solve_class(const mesh::TetMesh& mesh, std::span<const elements::Elastic> regions,
+                       const SolveOptions& options, const assembly::MirrorClass& mirror,
+                       const ErrorMargins* margins, MPI_Comm comm, core::Trace& trace,
+                       const SearchMethods& methods) {
   if (too_small_to_split(mesh, comm)) {
-    mpi::agreed_in_group(
-        comm, [&] { modes = solve_modes(mesh, regions, options, MPI_COMM_SELF, trace, methods); });
-    return modes;
+    ClassModes alone;
+    mpi::agreed_in_group(comm, [&] {
+      alone = solve_class(mesh, regions, options, mirror, margins, MPI_COMM_SELF, trace, methods);
+    });
+    return alone;
   }
   int ranks = 1;
   MPI_Comm_size(comm, &ranks);
@@ -198,23 +199,56 @@ modes::Modes solve_modes(const mesh::TetMesh& mesh, std::span<const elements::El
   assembly::System system;
   {
     const core::ScopedTimer timer(trace.stages["assemble"]);
-    system = assembly::assemble(mesh, regions, std::move(part), comm);
+    system = assembly::assemble(mesh, regions, std::move(part), comm, mirror);
   }
+  ClassModes out;
   const auto found = search_modes(mesh, regions, options, system, comm, trace, methods);
   std::vector<std::size_t> chosen;
   {
     const core::ScopedTimer timer(trace.stages["extract"]);
-    modes = select_modes(mesh, regions, options.band, system, found, comm, &chosen);
+    out.modes = select_modes(mesh, regions, options.band, system, found, comm, &chosen);
   }
   if (options.estimate_errors && !chosen.empty()) {
     const core::ScopedTimer timer(trace.stages["estimate"]);
     const auto memory = std::min(options.memory_limit / 4, found.spare_memory);
-    modes.pitch_errors = pitch_errors(
-        modes.eigenvalues,
-        estimate_true_modes(mesh, regions, system, found, chosen, modes.eigenvalues, memory, comm)
-            .modes);
+    out.truth = estimate_true_modes(mesh, regions, system, found, chosen, out.modes.eigenvalues,
+                                    memory, comm, margins)
+                    .modes;
   }
-  return modes;
+  return out;
+}
+
+}  // namespace
+
+modes::Modes solve_modes(const mesh::TetMesh& mesh, std::span<const elements::Elastic> regions,
+                         const SolveOptions& options, MPI_Comm comm, core::Trace& trace,
+                         const SearchMethods& methods) {
+  std::optional<PartToSolve> body;
+  mpi::agreed_in_group(comm, [&] { check_input(mesh, regions, options.band); });
+  if (mesh.faces.empty()) {
+    mesh::TetMesh bounded = mesh;
+    bounded.faces = mesh::boundary_faces(mesh);
+    return solve_modes(bounded, regions, options, comm, trace, methods);
+  }
+  mpi::agreed_in_group(comm,
+                       [&] { body = part_to_solve(mesh, regions, options, mpi::size(comm)); });
+  if (body) {
+    const SolveClass solve = [&](const assembly::MirrorClass& mirror,
+                                 std::span<const modes::Band> bands, const SolveOptions& limits,
+                                 MPI_Comm group) {
+      SolveOptions own = limits;
+      own.band = bands.front();
+      std::vector<std::optional<ClassModes>> out;
+      out.emplace_back(solve_class(body->part.mesh, regions, own, mirror, &body->margins, group,
+                                   trace, methods));
+      return out;
+    };
+    auto joined = solve_classes(mesh, *body, {&options.band, 1}, options, solve, comm);
+    if (joined.front()) return std::move(*joined.front());
+  }
+  auto [modes, truth] = solve_class(mesh, regions, options, {}, nullptr, comm, trace, methods);
+  if (!truth.empty()) modes.pitch_errors = pitch_errors(modes.eigenvalues, std::move(truth));
+  return std::move(modes);
 }
 
 }  // namespace carillon::solvers::eigen

@@ -21,6 +21,7 @@ struct SolveOptions {
   /// would let results depend on it.
   std::int64_t memory_limit = 16ll << 30;
   bool estimate_errors = true;  ///< fill Modes::pitch_errors
+  bool mirror_planes = true;    ///< solve by classes where the mesh is symmetric (part_to_solve)
   /// Looked at between factorisations and in every step of an eigensolver; the first rank's clock
   /// counts. One factorisation cannot be stopped.
   core::TimeLimit time;

@@ -3,6 +3,7 @@
 
 #include "solvers/families/extrude.hpp"
 #include "solvers/families/family.hpp"
+#include "solvers/mesh/mirrored_part.hpp"
 #include "solvers/mesh/sizing.hpp"
 
 namespace carillon::solvers::families {
@@ -14,22 +15,25 @@ mesh::MeshResult mesh_box(const Vec3& sides, const mesh::MeshOptions& options) {
   std::stable_sort(axis.begin(), axis.end(),
                    [&](Eigen::Index i, Eigen::Index j) { return sides[i] > sides[j]; });
   const double along = sides[axis[0]], across = sides[axis[1]], thickness = sides[axis[2]];
-  const auto count = [&](double cell) {
-    return std::int64_t{6} * mesh::cells_along(along, cell) * mesh::cells_along(across, cell) *
-           mesh::layers_through(thickness, cell, options);
+  const auto cells = [&](double cell) {
+    return std::array{even_cells(mesh::cells_along(along, cell)),
+                      even_cells(mesh::cells_along(across, cell)),
+                      even_cells(mesh::layers_through(thickness, cell, options))};
   };
-  const double cell = mesh::cell_size(options, thickness, along, count);
-  const PlanarGrid grid =
-      rectangle_grid(mesh::cells_along(along, cell), mesh::cells_along(across, cell), false);
+  const auto count = [&](double cell) {
+    const auto [nx, ny, layers] = cells(cell);
+    return std::int64_t{6} * nx * ny * layers;
+  };
+  const auto [nx, ny, layers] = cells(mesh::cell_size(options, thickness, along, count));
   const Vec3 shift(0.5 * sides.x(), 0.5 * sides.y(), 0);
-  return finish(extrude(grid, mesh::layers_through(thickness, cell, options), options.order,
-                        [=](const Vec2& p, double t) {
-                          Vec3 at;
-                          at[axis[0]] = p.x() * along;
-                          at[axis[1]] = p.y() * across;
-                          at[axis[2]] = t * thickness;
-                          return Vec3(at - shift);
-                        }));
+  return finish(mesh::symmetrised(
+      extrude(rectangle_grid(nx, ny, false), layers, options.order, [=](const Vec2& p, double t) {
+        Vec3 at;
+        at[axis[0]] = p.x() * along;
+        at[axis[1]] = p.y() * across;
+        at[axis[2]] = t * thickness;
+        return Vec3(at - shift);
+      })));
 }
 
 mesh::MeshResult mesh_bar(const mesh::GeneratedShape& shape, const mesh::MeshOptions& options) {
@@ -52,13 +56,20 @@ mesh::MeshResult mesh_tile(const mesh::GeneratedShape& shape, const mesh::MeshOp
       options);
 }
 
+mesh::ShapeExtent mirrored_extent(const Vec3& sides) {
+  mesh::ShapeExtent extent = box_extent(sides);
+  extent.mirror_planes = 2;
+  extent.is_halved = true;
+  return extent;
+}
+
 mesh::ShapeExtent bar_extent(const mesh::GeneratedShape& shape) {
-  return box_extent(
+  return mirrored_extent(
       {parameter(shape, "length"), parameter(shape, "width"), parameter(shape, "height")});
 }
 
 mesh::ShapeExtent tile_extent(const mesh::GeneratedShape& shape) {
-  return box_extent(
+  return mirrored_extent(
       {parameter(shape, "length"), parameter(shape, "width"), parameter(shape, "thickness")});
 }
 

@@ -40,6 +40,11 @@ void check_parameters(const mesh::GeneratedShape& shape);
 /// @throws InputError  `rule` with the family's name in front, when `holds` is false
 void require(bool holds, const mesh::GeneratedShape& shape, const std::string& rule);
 
+/// Cells of a side that a plane of symmetry halves: an even number, or one, which has no plane.
+constexpr int even_cells(int cells) {
+  return cells == 1 ? 1 : cells + cells % 2;
+}
+
 /// A mesh with its quality.
 mesh::MeshResult finish(mesh::TetMesh mesh, std::int64_t straightened = 0);
 

@@ -8,6 +8,7 @@
 #include "solvers/families/detail/cube_grid.hpp"
 #include "solvers/families/detail/twin_discs.hpp"
 #include "solvers/families/family.hpp"
+#include "solvers/mesh/mirrored_part.hpp"
 #include "solvers/mesh/sizing.hpp"
 
 namespace carillon::solvers::families {
@@ -30,19 +31,21 @@ mesh::MeshResult mesh_hollow_box(const mesh::GeneratedShape& shape,
   const Vec3 sides = sides_of(shape);
   const double wall = parameter(shape, "wall");
   const auto cells = [&](double cell) {
-    return std::array{mesh::cells_along(sides.x(), cell), mesh::cells_along(sides.y(), cell),
-                      mesh::cells_along(sides.z(), cell)};
+    return std::array{even_cells(mesh::cells_along(sides.x(), cell)),
+                      even_cells(mesh::cells_along(sides.y(), cell)),
+                      even_cells(mesh::cells_along(sides.z(), cell))};
   };
   const auto count = [&](double cell) {
     return 6 * cube_cells(cells(cell)) * mesh::layers_through(wall, cell, options);
   };
   const double cell = mesh::cell_size(options, wall, sides.maxCoeff(), count);
   const Vec3 half = sides / 2;
-  return finish(extrude(cube_grid(cells(cell)), mesh::layers_through(wall, cell, options),
-                        options.order, [=](const Vec2& chart, double t) -> Vec3 {
-                          const Vec3 reach = half.array() - (1 - t) * wall;
-                          return on_cube(chart).cwiseProduct(reach) + Vec3(0, 0, half.z());
-                        }));
+  return finish(
+      mesh::symmetrised(extrude(cube_grid(cells(cell)), mesh::layers_through(wall, cell, options),
+                                options.order, [=](const Vec2& chart, double t) -> Vec3 {
+                                  const Vec3 reach = half.array() - (1 - t) * wall;
+                                  return on_cube(chart).cwiseProduct(reach) + Vec3(0, 0, half.z());
+                                })));
 }
 
 void check_can(const mesh::GeneratedShape& shape) {
@@ -113,8 +116,8 @@ mesh::MeshResult mesh_bauble(const mesh::GeneratedShape& shape, const mesh::Mesh
     const auto along = [&](double reach) {
       const double by_bend =
           std::numbers::pi / 2 * std::sqrt(reach / tightest) / mesh::max_element_angle;
-      return std::max(mesh::cells_along(reach * std::numbers::pi / 2, longest),
-                      static_cast<int>(std::ceil(by_bend * (1 - 1e-9))));
+      return even_cells(std::max(mesh::cells_along(reach * std::numbers::pi / 2, longest),
+                                 static_cast<int>(std::ceil(by_bend * (1 - 1e-9)))));
     };
     return std::array{along(half.x()), along(half.y()), along(half.z())};
   };
@@ -122,12 +125,13 @@ mesh::MeshResult mesh_bauble(const mesh::GeneratedShape& shape, const mesh::Mesh
     return 6 * cube_cells(cells(cell)) * mesh::layers_through(wall, cell, options);
   };
   const double cell = mesh::cell_size(options, wall, 2 * half.maxCoeff(), count);
-  return finish(extrude(cube_grid(cells(cell)), mesh::layers_through(wall, cell, options),
-                        options.order, [=](const Vec2& chart, double t) -> Vec3 {
-                          const Vec3 even = (on_cube(chart).array() * (std::numbers::pi / 4)).tan();
-                          const Vec3 reach = half.array() - (1 - t) * wall;
-                          return even.normalized().cwiseProduct(reach);
-                        }));
+  return finish(mesh::symmetrised(
+      extrude(cube_grid(cells(cell)), mesh::layers_through(wall, cell, options), options.order,
+              [=](const Vec2& chart, double t) -> Vec3 {
+                const Vec3 even = (on_cube(chart).array() * (std::numbers::pi / 4)).tan();
+                const Vec3 reach = half.array() - (1 - t) * wall;
+                return even.normalized().cwiseProduct(reach);
+              })));
 }
 
 /// @param fraction  of its box that the body fills from outside
@@ -138,6 +142,7 @@ mesh::ShapeExtent hollow_extent(const mesh::GeneratedShape& shape, double fracti
   mesh::ShapeExtent extent = box_extent(sides, fraction);
   extent.volume -= fraction * (sides.array() - 2 * wall).prod();
   extent.thickness = wall;
+  extent.mirror_planes = 3;
   return extent;
 }
 

@@ -17,7 +17,11 @@ void check_wrench(const mesh::GeneratedShape& shape) {
 mesh::ShapeExtent wrench_extent(const mesh::GeneratedShape& shape) {
   const double width =
       (2 * parameter(shape, "handle_width") + 1.3 * parameter(shape, "head_radius")) / 3;
-  return box_extent({parameter(shape, "length"), width, parameter(shape, "thickness")});
+  mesh::ShapeExtent extent =
+      box_extent({parameter(shape, "length"), width, parameter(shape, "thickness")});
+  extent.mirror_planes = 1;
+  extent.is_halved = true;
+  return extent;
 }
 
 }  // namespace

@@ -36,6 +36,8 @@ struct ShapeExtent {
   double volume = 0;        ///< [m^3]
   double thickness = 0;     ///< 2 volume / area [m]
   double longest_side = 0;  ///< of its box [m]
+  int mirror_planes = 0;    ///< that its tetrahedra are symmetric in, beside the next
+  bool is_halved = false;   ///< one more where several layers go through its thickness
 };
 
 /// How fine the tetrahedra are.

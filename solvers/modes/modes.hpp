@@ -55,6 +55,7 @@ struct Certificate {
   double max_residual = 0;
   double orthonormality = 0;  ///< max |X^T M X - I|, rigid modes included
   std::int64_t unknowns = 0;
+  int mirror_planes = 0;        ///< of symmetry, by whose classes the body was solved
   bool count_verified = false;  ///< modes_in_band was counted by inertia, not taken from the search
   EigenSolver eigen_solver = EigenSolver::block_lanczos;  ///< the one that was used
   LinearSolver linear_solver = LinearSolver::direct;      ///< likewise

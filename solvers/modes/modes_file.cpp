@@ -10,7 +10,7 @@ namespace carillon::solvers::modes {
 namespace {
 
 /// Of the layout in a file.
-constexpr std::int64_t format_version = 6;
+constexpr std::int64_t format_version = 7;
 
 /// Shapes are noise to zlib: more effort saves little room and takes as long as their solve.
 constexpr int deflate_level = 1;
@@ -53,6 +53,7 @@ void write_certificate(const Hdf5Group& group, const Certificate& c) {
   group.write_attribute("max_residual", c.max_residual);
   group.write_attribute("orthonormality", c.orthonormality);
   integer("unknowns", c.unknowns);
+  integer("mirror_planes", c.mirror_planes);
   integer("count_verified", c.count_verified ? 1 : 0);
   group.write_attribute("eigen_solver", std::string(name_of(c.eigen_solver)));
   group.write_attribute("linear_solver", std::string(name_of(c.linear_solver)));
@@ -77,6 +78,7 @@ Certificate read_certificate(const Hdf5Group& group) {
   c.max_residual = number("max_residual");
   c.orthonormality = number("orthonormality");
   c.unknowns = integer("unknowns");
+  c.mirror_planes = static_cast<int>(integer("mirror_planes"));
   c.count_verified = integer("count_verified") != 0;
   c.eigen_solver = parse_eigen_solver(group.text_attribute("eigen_solver"));
   c.linear_solver = group.text_attribute("linear_solver") == name_of(LinearSolver::iterative)

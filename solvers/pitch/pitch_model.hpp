@@ -12,6 +12,7 @@ struct MeshSize {
   double element_size = 0;  ///< longest edge [m]
   double elements = 0, vertices = 0, edges = 0, faces = 0;
   double thickness = 0;  ///< 2 volume / boundary area [m]
+  double images = 1;     ///< parts that all are images of one, by whose classes it is solved
 
   double unknowns() const;
   /// Elements through the thickness: 1 for a wall with edges longer than it is thick.

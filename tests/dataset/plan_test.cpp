@@ -239,6 +239,8 @@ TEST(Plan, SolverIsShownWithItsReasons) {
   EXPECT_EQ(solver("modes: {order: 3}\n")["pitch_target"].value, nullptr);
   EXPECT_EQ(usual["element_size"].value, nullptr);
   EXPECT_EQ(usual["linear_solver"].value, "automatic");
+  EXPECT_EQ(usual["mirror_planes"].value, "automatic");
+  EXPECT_EQ(solver("solver: {mirror_planes: off}\n")["mirror_planes"].value, "off");
   EXPECT_EQ(usual["memory_limit"].text, "16.0 GiB");
   auto chosen = solver(
       "solver: {pitch_cents: 7, eigen_solver: krylov_schur, linear_solver: iterative, "

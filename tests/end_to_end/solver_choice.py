@@ -43,6 +43,26 @@ class Solver(FolderTest):
             self.assertEqual(certificate["linear_solver"], linear_solver, settings)
             self.assertEqual(certificate["count_verified"], linear_solver == "direct", settings)
 
+    def test_mirror_planes_are_used_unless_they_are_off(self):
+        frequencies = {}
+        for choice, planes in (("automatic", 2), ("off", 0)):
+            _, certificate, _, output = self.build(choice, "modes.element_size=12 mm", "modes.order=3",
+                                                   f"solver.mirror_planes={choice}")
+            self.assertEqual(certificate["mirror_planes"], planes)
+            self.assertEqual(certificate["count_verified"], 1)
+            with h5py.File(output / "modes" / "tile-000.h5") as file:
+                frequencies[choice] = file["set-000/eigenvalues"][()]
+        for one, other in zip(frequencies["automatic"], frequencies["off"], strict=True):
+            self.assertAlmostEqual(one / other, 1, 8)
+        tile = ("tile:length=100mm,width=80mm,thickness=6mm", "-m", "steel", "--element-size", "12 mm")
+        found = run_json("modes", *tile)["certificate"]
+        self.assertEqual(found["mirror_planes"], 2)
+        whole = run_json("modes", *tile, "--mirror-planes", "off")["certificate"]
+        self.assertEqual(whole["mirror_planes"], 0)
+        # Every unknown is in one class.
+        self.assertEqual(found["unknowns"], whole["unknowns"])
+        self.assertIn("in 4 classes of 2 mirror planes", run("modes", *tile).stdout)
+
     def test_missed_pitch_targets_leave_a_trace(self):
         summary, _, _, output = self.build("missed", "solver.pitch_cents=0.01",
                                            "modes.max_elements=300")

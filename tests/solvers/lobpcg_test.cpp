@@ -57,8 +57,7 @@ struct Deflated {
   explicit Deflated(const Body& body, const solvers::eigen::ShiftedSystem& shifted)
       : products(body.system, body.comm),
         rigid(solvers::eigen::rigid_basis(
-            body.system,
-            solvers::eigen::RigidMotions(body.mesh, body.system.scales, body.component),
+            body.system, solvers::eigen::RigidMotions(body.mesh, body.system, body.component),
             body.comm)),
         mass_rigid(rigid.rows(), rigid.cols()),
         problem{&products,

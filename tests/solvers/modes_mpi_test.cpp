@@ -18,6 +18,7 @@
 #include "solvers/assembly/assemble.hpp"
 #include "solvers/assembly/partition.hpp"
 #include "solvers/eigen/cached_modes.hpp"
+#include "solvers/mesh/mirrored_part.hpp"
 #include "test_meshes.hpp"
 
 namespace carillon {
@@ -59,10 +60,12 @@ std::vector<Body> bodies() {
       block, test::moved(block, [](const Vec3& x) -> Vec3 { return 0.83 * x + Vec3(0.1, 0, 0); }));
   const auto halves = box_mesh({0.011, 0.013, 0.1}, {2, 2, 8}, 2,
                                [](const Vec3& x) { return x[2] < 0.05 ? 0 : 1; });
+  const std::vector<mesh::MirrorPlane> planes = {{0, 0}, {1, 0}, {2, 0}};
   return {{"plate", plate, {test::glass}},
           {"two bodies", two, {test::steel, test::steel}},
           {"two materials", halves, {test::steel, {2e9, 0.35, 1100}}},
-          {"ball", test::ball_mesh(0.05, 2, 3), {test::steel}}};
+          {"ball", test::ball_mesh(0.05, 2, 3), {test::steel}},
+          {"three planes of symmetry", mesh::unfold(block, planes), {test::steel}}};
 }
 
 TEST(Group, FindsTheFrequenciesOfOneRank) {

@@ -32,11 +32,11 @@ std::string solve_key(const configuration::BuildConfig& config, const plan::Shap
   const configuration::TaskLimits& limits = config.limits;
   hash.add(fmt::format("{} {} {} {};", limits.mesh.seconds, limits.mesh.memory, limits.solve_time,
                        limits.solve_memory));
-  hash.add(fmt::format("{} {} {} {} {} {} {} {} {} {};", mesh, config.pitch_cents,
+  hash.add(fmt::format("{} {} {} {} {} {} {} {} {} {} {};", mesh, config.pitch_cents,
                        config.pitch_cents > 0 ? config.max_unknowns : 0, config.band.min_frequency,
                        config.band.max_frequency, config.band.max_modes,
                        static_cast<int>(solver.solver), static_cast<int>(solver.linear_solver),
-                       solver.memory_limit, solver.tolerance));
+                       solver.memory_limit, solver.tolerance, solver.mirror_planes));
   const scene::Object& object = config.objects[shape.source].object;
   for (const auto& [group, name] : object.groups) {
     hash.add(group + "=");

@@ -121,7 +121,8 @@ double complement_ceiling(const PoissonBasis& basis, double ratio,
 /// Estimates those of a snapshot's modes that requests can reach.
 eigen::TrueModes estimate(const mesh::TetMesh& mesh, std::span<const elements::Elastic> regions,
                           const assembly::System& system, const eigen::SearchResult& found,
-                          const eigen::SolveOptions& options, MPI_Comm comm) {
+                          const eigen::SolveOptions& options, const eigen::ErrorMargins* margins,
+                          MPI_Comm comm) {
   // A tenth more than the bands, in frequency and in number.
   constexpr double part = 1.1 / beyond;
   const auto count = found.flexible.size();
@@ -133,16 +134,16 @@ eigen::TrueModes estimate(const mesh::TetMesh& mesh, std::span<const elements::E
   for (std::size_t k = 0; k < maximum; ++k) {
     eigenvalues.push_back(found.pairs.values[found.flexible[k]] * system.scales.eigenvalue());
   }
-  return eigen::estimate_true_modes(mesh, regions, system, found,
-                                    std::span(found.flexible).first(maximum), eigenvalues,
-                                    std::min(options.memory_limit / 4, found.spare_memory), comm);
+  return eigen::estimate_true_modes(
+      mesh, regions, system, found, std::span(found.flexible).first(maximum), eigenvalues,
+      std::min(options.memory_limit / 4, found.spare_memory), comm, margins);
 }
 
-/// Errors of Ritz pairs: each should lie as much lower as the true modes of the neighbouring
-/// snapshots do that it overlaps.
-std::vector<double> carry_errors(const PoissonBasis& basis, double ratio,
-                                 const std::vector<double>& values,
-                                 const Eigen::MatrixXd& coordinates) {
+/// True modes of Ritz pairs: each should lie as much lower as those of the neighbouring snapshots
+/// do that it overlaps.
+std::vector<eigen::TrueMode> carry_errors(const PoissonBasis& basis, double ratio,
+                                          const std::vector<double>& values,
+                                          const Eigen::MatrixXd& coordinates) {
   std::vector<double> ratios;
   for (const auto& snapshot : basis.snapshots) ratios.push_back(snapshot.poisson_ratio);
   const auto weights = stiffness_weights(ratios, ratio);
@@ -172,7 +173,7 @@ std::vector<double> carry_errors(const PoissonBasis& basis, double ratio,
     const double found = values[static_cast<std::size_t>(k)];
     truth.push_back({found, found * std::exp(rise[k] / sum), uncertainty[k] / sum});
   }
-  return eigen::pitch_errors(values, std::move(truth));
+  return truth;
 }
 
 }  // namespace
@@ -180,7 +181,9 @@ std::vector<double> carry_errors(const PoissonBasis& basis, double ratio,
 std::optional<PoissonBasis> make_poisson_basis(const mesh::TetMesh& mesh,
                                                std::span<const elements::Elastic> regions,
                                                std::span<const double> ratios,
-                                               const eigen::SolveOptions& options, MPI_Comm comm,
+                                               const eigen::SolveOptions& options,
+                                               const assembly::MirrorClass& mirror,
+                                               const eigen::ErrorMargins* margins, MPI_Comm comm,
                                                core::Trace& trace) {
   PoissonBasis basis;
   basis.regions.assign(regions.begin(), regions.end());
@@ -201,7 +204,7 @@ std::optional<PoissonBasis> make_poisson_basis(const mesh::TetMesh& mesh,
     }
     {
       const core::ScopedTimer timer(trace.stages["assemble"]);
-      *system = assembly::assemble(mesh, materials, std::move(part), comm);
+      *system = assembly::assemble(mesh, materials, std::move(part), comm, mirror);
     }
     auto found = eigen::search_modes(mesh, materials, options, *system, comm, trace);
     const auto modes = static_cast<double>(found.flexible.size());
@@ -224,7 +227,7 @@ std::optional<PoissonBasis> make_poisson_basis(const mesh::TetMesh& mesh,
     }
     if (options.estimate_errors && !found.flexible.empty()) {
       const core::ScopedTimer estimating(trace.stages["estimate"]);
-      snapshot.truth = estimate(mesh, materials, *system, found, options, comm);
+      snapshot.truth = estimate(mesh, materials, *system, found, options, margins, comm);
     }
     basis.snapshots.push_back(std::move(snapshot));
     basis.components = found.components;
@@ -346,7 +349,7 @@ RitzModes ritz_modes(const mesh::TetMesh& mesh, const PoissonBasis& basis, doubl
       std::any_of(basis.snapshots.begin(), basis.snapshots.end(),
                   [](const Snapshot& snapshot) { return !snapshot.truth.modes.empty(); });
   if (estimated)
-    out.pitch_errors = carry_errors(basis, poisson_ratio, out.found.pairs.values, out.coordinates);
+    out.truth = carry_errors(basis, poisson_ratio, out.found.pairs.values, out.coordinates);
   auto& found = out.found;
   found.components = basis.components;
   found.eigen_solver = basis.eigen_solver;

@@ -51,6 +51,8 @@ struct PoissonBasis {
 /// @param regions  moduli and densities; every region has the same Poisson's ratio
 /// @param ratios   of the snapshots, ascending; the middle one becomes the reference
 /// @param options  band of the snapshots, `beyond` times as wide as those it serves
+/// @param mirror   the class of fields, where the mesh is a part beside mirror planes
+/// @param margins  for estimate_true_modes()
 /// @param trace    stages of a solve, and "basis", are added
 /// @return nothing where the vectors would take more than half of options.memory_limit, or where
 ///         the reference has no mode in the band though others have
@@ -59,7 +61,9 @@ struct PoissonBasis {
 std::optional<PoissonBasis> make_poisson_basis(const mesh::TetMesh& mesh,
                                                std::span<const elements::Elastic> regions,
                                                std::span<const double> ratios,
-                                               const eigen::SolveOptions& options, MPI_Comm comm,
+                                               const eigen::SolveOptions& options,
+                                               const assembly::MirrorClass& mirror,
+                                               const eigen::ErrorMargins* margins, MPI_Comm comm,
                                                core::Trace& trace);
 
 /// How far snapshots are to reach beyond the bands that a basis serves, in frequency and in number
@@ -73,8 +77,9 @@ struct RitzModes {
   /// Lower bounds of the pairs' eigenvalues; the values themselves are upper ones.
   std::vector<double> lower;
   Eigen::MatrixXd coordinates;  ///< basis x pairs
-  /// Of each pair, from the snapshots' true modes that it overlaps [cents]; empty without them.
-  std::vector<double> pitch_errors;
+  /// Of each pair, from the snapshots' true modes that it overlaps, in units of the pairs' values;
+  /// empty without them.
+  std::vector<eigen::TrueMode> truth;
 };
 
 /// Which modes are wanted. Eigenvalues are dimensionless.

@@ -53,7 +53,8 @@ FinerCorrection::FinerCorrection(const mesh::TetMesh& mesh,
       space_(space),
       comm_(comm),
       transfer_(mesh, system, space, comm) {
-  if (is_flat(mesh)) factor_ = FinerFactor::make(space, regions, shifted.shift, memory, comm);
+  if (is_flat(mesh))
+    factor_ = FinerFactor::make(space, regions, system.mirror, shifted.shift, memory, comm);
   if (!factor_) local_.emplace(space);
 }
 
@@ -70,6 +71,13 @@ void FinerCorrection::precondition(const Fields& residual, Fields& out) const {
   coarse_(right, solution);
   transfer_.add_prolonged(solution, out);
   sum_over_ranks(out, comm_);
+  space_.hold(out);
+}
+
+Fields FinerCorrection::prolong(const Eigen::Ref<const Eigen::MatrixXd>& owned) const {
+  Fields out = transfer_.prolong(owned);
+  space_.hold(out);
+  return out;
 }
 
 Fields FinerCorrection::solve(Fields& right, const CorrectionGoal& goal) const {

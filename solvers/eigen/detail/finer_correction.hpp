@@ -34,9 +34,7 @@ class FinerCorrection {
 
   /// Fields of the solved order at the nodes of the next (owned unknowns x fields).
   /// @note Collective.
-  Fields prolong(const Eigen::Ref<const Eigen::MatrixXd>& owned) const {
-    return transfer_.prolong(owned);
-  }
+  Fields prolong(const Eigen::Ref<const Eigen::MatrixXd>& owned) const;
   /// @param right  in: right-hand sides; out: what is left of them, right - A d
   /// @return d
   /// @note Collective.

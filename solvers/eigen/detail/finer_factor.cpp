@@ -31,13 +31,14 @@ bool is_flat(const mesh::TetMesh& mesh) {
 
 std::optional<FinerFactor> FinerFactor::make(const FinerSpace& space,
                                              std::span<const elements::Elastic> regions,
-                                             double shift, std::int64_t memory, MPI_Comm comm) {
+                                             const assembly::MirrorClass& mirror, double shift,
+                                             std::int64_t memory, MPI_Comm comm) {
   int ranks = 1;
   MPI_Comm_size(comm, &ranks);
   assembly::Partition part;
   mpi::agreed_in_group(comm, [&] { part = assembly::partition(space.mesh(), ranks); });
   const auto system = std::make_shared<const assembly::System>(
-      assembly::assemble(space.mesh(), regions, std::move(part), comm));
+      assembly::assemble(space.mesh(), regions, std::move(part), comm, mirror));
   const auto plan = plan_factors(*system, comm);
   if (predict_factor(*system, FactorPurpose::solve, plan, comm).bytes > memory) {
     return std::nullopt;

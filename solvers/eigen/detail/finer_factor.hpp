@@ -24,7 +24,8 @@ class FinerFactor {
   /// @return nothing where the factor would take more
   /// @note Collective.
   static std::optional<FinerFactor> make(const FinerSpace& space,
-                                         std::span<const elements::Elastic> regions, double shift,
+                                         std::span<const elements::Elastic> regions,
+                                         const assembly::MirrorClass& mirror, double shift,
                                          std::int64_t memory, MPI_Comm comm);
 
   /// Adds this rank's rows of A^-1 residual.

@@ -105,6 +105,12 @@ FinerSpace::FinerSpace(const mesh::TetMesh& mesh, std::span<const elements::Elas
       materials_(assembly::elastic_constants(regions, system.scales)),
       mass_factor_(-shift),
       own_(elements_of(mesh, system)) {
+  for (std::size_t n = 0; n < mesh_.nodes.size(); ++n) {
+    const auto bits = system.mirror.held_at(mesh_.nodes[n]);
+    for (int i = 0; i < 3; ++i) {
+      if ((bits >> i & 1) != 0) held_.push_back(3 * static_cast<Eigen::Index>(n) + i);
+    }
+  }
   const std::int64_t nodes = elements::nodes_per_tetrahedron(mesh_.order);
   keeps_ = static_cast<std::int64_t>(own_.size()) * 10 * nodes * nodes * 8 <= memory;
   // What is put back may fold a neighbour; a chain of them is rare and short.
@@ -220,6 +226,12 @@ void FinerSpace::forces(const Fields& x, Fields& stiff, Fields& inert) const {
   }
   sum_over_ranks(stiff, comm_);
   sum_over_ranks(inert, comm_);
+  hold(stiff);
+  hold(inert);
+}
+
+void FinerSpace::hold(Fields& fields) const {
+  for (const auto column : held_) fields.col(column).setZero();
 }
 
 void FinerSpace::close_gaps(const Fields& x, Eigen::MatrixXd& stiff, Eigen::MatrixXd& inert) const {
@@ -259,6 +271,7 @@ void FinerSpace::sum_elements(const Fields& x, const Product& multiply, Fields& 
     scatter_add(product, element, out);
   }
   sum_over_ranks(out, comm_);
+  hold(out);
 }
 
 void FinerSpace::apply(const Fields& x, Fields& out) const {

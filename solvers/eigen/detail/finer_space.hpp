@@ -36,7 +36,8 @@ void sum_over_ranks(Fields& fields, MPI_Comm comm);
 
 /// The elements of a body at the next order (next_order), and A = K - sigma M and M on them: what
 /// the solved order is measured against. Operators work element by element on all fields at once;
-/// each rank computes its own elements, and every rank holds whole fields.
+/// each rank computes its own elements, and every rank holds whole fields. On a part beside mirror
+/// planes fields are those of the system's class, as are their products.
 class FinerSpace {
  public:
   /// @param mesh    the mesh that `system` was assembled from
@@ -52,6 +53,8 @@ class FinerSpace {
   const mesh::TetMesh& mesh() const { return mesh_; }
   /// Whether nodes lie off where they should be (TetMesh::finer_gaps, and those kept back here).
   bool has_gaps() const { return !gaps_.empty(); }
+  /// Sets what the system's class holds at zero.
+  void hold(Fields& fields) const;
   /// False where an element is turned inside out all the same: nothing can be measured then.
   bool is_sound() const { return sound_; }
   std::span<const std::size_t> own_elements() const { return own_; }
@@ -103,7 +106,8 @@ class FinerSpace {
   MPI_Comm comm_;
   assembly::Scales scales_;
   mesh::TetMesh mesh_;
-  std::vector<Vec3> gaps_;  ///< from each node to where it should be [m]; empty: all zero
+  std::vector<Eigen::Index> held_;  ///< columns of Fields that the class holds at zero
+  std::vector<Vec3> gaps_;          ///< from each node to where it should be [m]; empty: all zero
   std::vector<elements::ElasticConstants> materials_;
   double mass_factor_;  ///< -sigma
   bool keeps_;          ///< matrices of own elements are kept

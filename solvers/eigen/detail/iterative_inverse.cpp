@@ -39,7 +39,7 @@ ShiftedSystem iterative_shifted(const mesh::TetMesh& mesh,
     return near_modes(*levels, shift, count, seed, comm);
   };
   shifted.coarse_factor = levels->factor_bytes();
-  shifted.rigid = rigid_basis(system, RigidMotions(mesh, system.scales, component), comm);
+  shifted.rigid = rigid_basis(system, RigidMotions(mesh, system, component), comm);
   const auto& preconditioner = shifted.preconditioner;
   shifted.inverse = [product, preconditioner, rigid, comm, cg = CgOptions{options.tolerance, 2000}](
                         const Eigen::Ref<const Eigen::MatrixXd>& right,

@@ -66,7 +66,7 @@ EigenPairs krylov_schur(const assembly::System& system, const EigenRequest& requ
   libraries::check(EPSSetType(eps.get(), EPSKRYLOVSCHUR));
   libraries::check(EPSSetTarget(eps.get(), 0));
   libraries::check(EPSSetWhichEigenpairs(eps.get(), EPS_TARGET_MAGNITUDE));
-  const auto unknowns = static_cast<PetscInt>(system.unknowns());
+  const auto unknowns = static_cast<PetscInt>(system.free_unknowns());
   const PetscInt wanted = std::min<PetscInt>(request.pairs, unknowns);
   // Beyond 150 modes the projected problem is held small, which bounds the basis' memory.
   const PetscInt projected = wanted > 150 ? 150 : PETSC_DEFAULT;

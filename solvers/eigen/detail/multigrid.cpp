@@ -42,7 +42,7 @@ Multigrid::Multigrid(const mesh::TetMesh& body, std::span<const elements::Elasti
   }
   const auto& equations = system(levels() - 1);
   const auto parts = mesh::node_components(*coarsest);
-  const RigidMotions motions(*coarsest, equations.scales, parts);
+  const RigidMotions motions(*coarsest, equations, parts);
   coarsest_ = algebraic_multigrid_cycle(equations, motions, shift, comm);
 }
 

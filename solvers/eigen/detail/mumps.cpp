@@ -79,7 +79,10 @@ struct Mumps::Inside {
           for (int j = 0; j < 3; ++j) {
             const auto other = 3 * graph.column[static_cast<std::size_t>(begin + k)] + j;
             if (other > unknown) continue;
-            add(unknown, other, 9 * begin + (i * width + k) * 3 + j, i == j ? begin + k : -1);
+            const bool has_mass =
+                i == j && system.couples(graph.begin + row,
+                                         graph.column[static_cast<std::size_t>(begin + k)], i);
+            add(unknown, other, 9 * begin + (i * width + k) * 3 + j, has_mass ? begin + k : -1);
           }
         }
       }

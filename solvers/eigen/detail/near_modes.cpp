@@ -26,7 +26,7 @@ Eigen::MatrixXd near_modes(const Multigrid& levels, double shift, int count, std
     modes.leftCols(carried.cols()) = carried;
     if (level == 0) break;
     const auto parts = mesh::node_components(levels.mesh(level));
-    const RigidMotions motions(levels.mesh(level), system.scales, parts);
+    const RigidMotions motions(levels.mesh(level), system, parts);
     const auto rigid = rigid_basis(system, motions, comm);
     const assembly::Products products(system, comm);
     Eigen::MatrixXd mass_rigid(rigid.rows(), rigid.cols());

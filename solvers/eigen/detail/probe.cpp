@@ -20,7 +20,7 @@ constexpr int max_iterations = 40;
 
 double lowest_beside(const EigenPairs& pairs, const assembly::System& system,
                      const ShiftedSystem& shifted, std::uint64_t seed, MPI_Comm comm) {
-  const auto room = system.unknowns() - pairs.size();
+  const auto room = system.free_unknowns() - pairs.size();
   if (room < 1) return std::numeric_limits<double>::infinity();
   const assembly::Products products(system, comm);
   const LobpcgProblem problem = {&products,

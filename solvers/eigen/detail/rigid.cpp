@@ -19,7 +19,7 @@ Eigen::MatrixXd projections(const assembly::System& system, const RigidMotions& 
   for (std::int32_t row = 0; row < system.graph.rows(); ++row) {
     const auto number = static_cast<std::size_t>(system.graph.begin + row);
     const auto node = static_cast<std::size_t>(system.partition.node[number]);
-    out.middleRows<6>(motions.first_of(node)).noalias() +=
+    out.middleRows(motions.first_of(node), motions.each()).noalias() +=
         motions.at(node).transpose() * pairs.mass_vectors.middleRows<3>(3 * row);
   }
   return out;
@@ -27,9 +27,12 @@ Eigen::MatrixXd projections(const assembly::System& system, const RigidMotions& 
 
 }  // namespace
 
-RigidMotions::RigidMotions(const mesh::TetMesh& mesh, const assembly::Scales& scales,
+RigidMotions::RigidMotions(const mesh::TetMesh& mesh, const assembly::System& system,
                            const std::vector<std::int32_t>& component)
-    : mesh_(mesh), scales_(scales), component_(component) {
+    : mesh_(mesh),
+      scales_(system.scales),
+      component_(component),
+      kinds_(system.mirror.rigid_motions()) {
   const auto count =
       static_cast<std::size_t>(*std::max_element(component.begin(), component.end()) + 1);
   std::vector<std::vector<Vec3>> points(count);
@@ -38,6 +41,13 @@ RigidMotions::RigidMotions(const mesh::TetMesh& mesh, const assembly::Scales& sc
     points[static_cast<std::size_t>(component[n])].push_back(position(n));
   }
   for (const auto& cloud : points) boxes_.push_back(mesh::bounding_box(cloud));
+  if (system.mirror.planes.empty()) return;
+  // A class holds rotations about the planes alone, so about the whole body's middle.
+  const auto& whole = system.mirror.box;
+  for (auto& box : boxes_) {
+    box = {(whole.low - scales_.origin) / scales_.length,
+           (whole.high - scales_.origin) / scales_.length};
+  }
 }
 
 Eigen::Matrix<double, 3, 6> rigid_motions_at(const Vec3& arm) {
@@ -49,9 +59,10 @@ Eigen::Matrix<double, 3, 6> rigid_motions_at(const Vec3& arm) {
   return motions;
 }
 
-Eigen::Matrix<double, 3, 6> RigidMotions::at(std::size_t node) const {
+RigidMotions::AtNode RigidMotions::at(std::size_t node) const {
   const auto& box = boxes_[static_cast<std::size_t>(component_[node])];
-  return rigid_motions_at((position(node) - (box.low + box.high) / 2) / box.longest_side());
+  return rigid_motions_at((position(node) - (box.low + box.high) / 2) / box.longest_side())(
+      Eigen::all, kinds_);
 }
 
 Eigen::MatrixXd gram_matrix(const assembly::System& system, const RigidMotions& motions,
@@ -63,14 +74,15 @@ Eigen::MatrixXd gram_matrix(const assembly::System& system, const RigidMotions& 
   };
   for (std::int32_t row = 0; row < graph.rows(); ++row) {
     const auto node = node_of(graph.begin + row);
-    Eigen::Matrix<double, 3, 6> weighted = Eigen::Matrix<double, 3, 6>::Zero();
+    RigidMotions::AtNode weighted = RigidMotions::AtNode::Zero(3, motions.each());
     const auto r = static_cast<std::size_t>(row);
     for (auto i = graph.first[r]; i < graph.first[r + 1]; ++i) {
       const auto at = static_cast<std::size_t>(i);
       weighted += system.mass[at] * motions.at(node_of(graph.column[at]));
     }
     const auto first = motions.first_of(node);
-    gram.block<6, 6>(first, first) += motions.at(node).transpose() * weighted;
+    gram.block(first, first, motions.each(), motions.each()) +=
+        motions.at(node).transpose() * weighted;
   }
   sum_alike(gram, comm);
   return gram;
@@ -79,18 +91,19 @@ Eigen::MatrixXd gram_matrix(const assembly::System& system, const RigidMotions& 
 Eigen::MatrixXd rigid_basis(const assembly::System& system, const RigidMotions& motions,
                             MPI_Comm comm) {
   const auto gram = gram_matrix(system, motions, comm);
-  std::vector<Eigen::Matrix<double, 6, 6>> to_orthonormal;  // of each component
-  for (Eigen::Index first = 0; first < gram.rows(); first += 6) {
-    const Eigen::LLT<Eigen::Matrix<double, 6, 6>> factor(gram.block<6, 6>(first, first));
-    to_orthonormal.push_back(factor.matrixU().solve(Eigen::Matrix<double, 6, 6>::Identity()));
+  const auto each = motions.each();
+  std::vector<Eigen::MatrixXd> to_orthonormal;  // of each component
+  for (Eigen::Index first = 0; first < gram.rows(); first += each) {
+    const Eigen::LLT<Eigen::MatrixXd> factor(gram.block(first, first, each, each));
+    to_orthonormal.emplace_back(factor.matrixU().solve(Eigen::MatrixXd::Identity(each, each)));
   }
   Eigen::MatrixXd out = Eigen::MatrixXd::Zero(system.owned_unknowns(), motions.count());
   for (std::int32_t row = 0; row < system.graph.rows(); ++row) {
     const auto number = static_cast<std::size_t>(system.graph.begin + row);
     const auto node = static_cast<std::size_t>(system.partition.node[number]);
     const auto first = motions.first_of(node);
-    out.block<3, 6>(3 * row, first) =
-        motions.at(node) * to_orthonormal[static_cast<std::size_t>(first / 6)];
+    out.block(3 * row, first, 3, each) =
+        motions.at(node) * to_orthonormal[static_cast<std::size_t>(first / each)];
   }
   return out;
 }
@@ -98,7 +111,13 @@ Eigen::MatrixXd rigid_basis(const assembly::System& system, const RigidMotions& 
 RigidSplit split_rigid(const mesh::TetMesh& mesh, const assembly::System& system,
                        const std::vector<std::int32_t>& component, const EigenPairs& pairs,
                        MPI_Comm comm) {
-  const RigidMotions motions(mesh, system.scales, component);
+  const RigidMotions motions(mesh, system, component);
+  if (motions.count() == 0) {
+    RigidSplit split;
+    split.flexible.resize(static_cast<std::size_t>(pairs.size()));
+    std::iota(split.flexible.begin(), split.flexible.end(), 0);
+    return split;
+  }
   const auto gram = gram_matrix(system, motions, comm);
   auto projected = projections(system, motions, pairs);
   sum_alike(projected, comm);
@@ -137,8 +156,7 @@ RigidSplit split_rigid(const mesh::TetMesh& mesh, const assembly::System& system
   }
   if (recognised != wanted) {
     throw core::SolverError(
-        fmt::format("{} rigid modes found where a free body of {} component{} has {}", recognised,
-                    wanted / 6, wanted == 6 ? "" : "s", wanted),
+        fmt::format("{} rigid modes found where the body has {}", recognised, wanted),
         "the mesh may have parts of almost no mass or stiffness");
   }
   std::sort(split.rigid.begin(), split.rigid.end());

@@ -12,18 +12,24 @@ namespace carillon::solvers::eigen {
 /// Translations and rotations at a point: displacements, 3 x 6.
 Eigen::Matrix<double, 3, 6> rigid_motions_at(const Vec3& arm);
 
-/// The six rigid motions of each component about its middle, evaluated at any node; entries near 1.
+/// The rigid motions of each component about its middle, evaluated at any node; entries near 1. Six
+/// of each, or on a part beside mirror planes those of its class about the body's middle.
 class RigidMotions {
  public:
+  using AtNode = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, 6>;
+
+  /// @param system     gives scales and class
   /// @param component  of every mesh node (node_components)
-  RigidMotions(const mesh::TetMesh& mesh, const assembly::Scales& scales,
+  RigidMotions(const mesh::TetMesh& mesh, const assembly::System& system,
                const std::vector<std::int32_t>& component);
 
-  Eigen::Index count() const { return 6 * static_cast<Eigen::Index>(boxes_.size()); }
-  /// Number of the first motion that moves a node; the next five do too, and no other.
-  Eigen::Index first_of(std::size_t node) const { return 6 * component_[node]; }
-  /// Displacement of a node in its component's six motions: 3 x 6.
-  Eigen::Matrix<double, 3, 6> at(std::size_t node) const;
+  Eigen::Index count() const { return each() * static_cast<Eigen::Index>(boxes_.size()); }
+  /// Of a component.
+  Eigen::Index each() const { return static_cast<Eigen::Index>(kinds_.size()); }
+  /// Number of the first motion that moves a node; the others of its component follow.
+  Eigen::Index first_of(std::size_t node) const { return each() * component_[node]; }
+  /// Displacement of a node in its component's motions: 3 x each().
+  AtNode at(std::size_t node) const;
 
  private:
   Vec3 position(std::size_t node) const {
@@ -33,6 +39,7 @@ class RigidMotions {
   const mesh::TetMesh& mesh_;
   const assembly::Scales& scales_;
   const std::vector<std::int32_t>& component_;
+  std::vector<int> kinds_;  ///< MirrorClass::rigid_motions()
   std::vector<mesh::Box> boxes_;
 };
 
@@ -52,7 +59,7 @@ struct RigidSplit {
   std::vector<std::size_t> flexible;  ///< ascending in the eigenvalue
 };
 
-/// Splits eigenpairs by their M-projection on the space of rigid motions, six for each component:
+/// Splits eigenpairs by their M-projection on the space of rigid motions (RigidMotions):
 /// neither by their number nor by how low they are.
 ///
 /// @param component  of every mesh node (node_components)

@@ -5,7 +5,7 @@ namespace carillon::solvers::eigen {
 RigidSolve::RigidSolve(const mesh::TetMesh& mesh, const assembly::System& system,
                        const std::vector<std::int32_t>& component, double shift, MPI_Comm comm)
     : motions_(system.owned_unknowns(), 6), comm_(comm) {
-  const RigidMotions motions(mesh, system.scales, component);
+  const RigidMotions motions(mesh, system, component);
   for (std::int32_t row = 0; row < system.graph.rows(); ++row) {
     const auto number = static_cast<std::size_t>(system.graph.begin + row);
     const auto node = static_cast<std::size_t>(system.partition.node[number]);

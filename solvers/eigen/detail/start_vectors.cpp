@@ -24,6 +24,7 @@ void fill_start(const assembly::System& system, std::uint64_t seed, int number,
       out[3 * row + static_cast<Eigen::Index>(c)] = uniform_of(first + 3 * node + c);
     }
   }
+  assembly::hold(system, out);
 }
 
 Eigen::MatrixXd start_vectors(const assembly::System& system, std::uint64_t seed,

@@ -10,6 +10,7 @@
 
 #include "solvers/families/extrude.hpp"
 #include "solvers/families/family.hpp"
+#include "solvers/mesh/mirrored_part.hpp"
 #include "solvers/mesh/sizing.hpp"
 #include "solvers/mesh/tetrahedra/delaunay.hpp"
 
@@ -56,9 +57,9 @@ void add_arc(std::vector<OutlinePiece>& outline, const Vec2& centre, double angl
   }
 }
 
-/// Outline, counter-clockwise: a round head about the origin with a jaw slot that opens to +x and
-/// ends in a half circle, fillets where the handle meets the head, a handle along -x with a
-/// round end.
+/// Outline of the half above y = 0, counter-clockwise: a round head about the origin with a jaw
+/// slot that opens to +x and ends in a half circle, a fillet where the handle meets the head, a
+/// handle along -x with a round end.
 std::vector<OutlinePiece> wrench_outline(const mesh::GeneratedShape& shape) {
   const double head = parameter(shape, "head_radius");
   const double jaw = parameter(shape, "jaw_width") / 2;
@@ -78,13 +79,10 @@ std::vector<OutlinePiece> wrench_outline(const mesh::GeneratedShape& shape) {
   add_arc(outline, Vec2::Zero(), head_angle);
   add_arc(outline, fillet_centre, -std::abs(fillet_angle));
   add_line(outline, {-end, handle});
-  add_arc(outline, Vec2(-end, 0), pi);
-  const Vec2 lower_centre(fillet_centre.x(), -fillet_centre.y());
-  add_line(outline, {fillet_centre.x(), -handle});
-  add_arc(outline, lower_centre, -std::abs(fillet_angle));
-  add_arc(outline, Vec2::Zero(), head_angle);
-  add_line(outline, {0, -jaw});
-  add_arc(outline, Vec2::Zero(), -pi);
+  add_arc(outline, Vec2(-end, 0), pi / 2);
+  outline.back().to.y() = 0;
+  add_line(outline, {-jaw, 0});
+  add_arc(outline, Vec2::Zero(), -pi / 2);
   outline.back().to = outline.front().from;
   return outline;
 }
@@ -198,16 +196,20 @@ mesh::MeshResult mesh_wrench(const mesh::GeneratedShape& shape, const mesh::Mesh
   const double thickness = parameter(shape, "thickness");
   double perimeter = 0;
   for (const auto& piece : outline) perimeter += piece.length();
+  const auto layers_of = [&](double cell) {
+    return even_cells(mesh::layers_through(thickness, cell, options));
+  };
   // Equilateral triangles of the area, and those the outline adds.
   const auto count = [&](double cell) {
-    const double triangles = 2.31 * enclosed_area(outline) / (cell * cell) + perimeter / cell + 40;
-    return static_cast<std::int64_t>(3 * triangles) *
-           mesh::layers_through(thickness, cell, options);
+    const double triangles = 2.31 * enclosed_area(outline) / (cell * cell) + perimeter / cell + 20;
+    return static_cast<std::int64_t>(3 * 2 * triangles) * layers_of(cell);
   };
   const double cell = mesh::cell_size(options, thickness, parameter(shape, "length"), count);
-  return finish(extrude(
-      triangulate(outline, cell), mesh::layers_through(thickness, cell, options), options.order,
-      [thickness](const Vec2& p, double t) { return Vec3(p.x(), p.y(), t * thickness); }));
+  const std::vector<mesh::MirrorPlane> planes = {{1, 0}};
+  return finish(mesh::symmetrised(mesh::unfold(
+      extrude(triangulate(outline, cell), layers_of(cell), options.order,
+              [thickness](const Vec2& p, double t) { return Vec3(p.x(), p.y(), t * thickness); }),
+      planes)));
 }
 
 }  // namespace carillon::solvers::families
