@@ -9,6 +9,7 @@
 
 #include "mpi/comm.hpp"
 #include "solvers/eigen/extract.hpp"
+#include "solvers/mesh/raise_order.hpp"
 #include "solvers/modes/modes_broadcast.hpp"
 
 namespace carillon::solvers::eigen {
@@ -162,7 +163,7 @@ std::optional<PartToSolve> part_to_solve(const mesh::TetMesh& mesh,
   }
   PartToSolve out{std::move(*part), {}};
   if (options.estimate_errors) {
-    const auto whole = error_margins(mesh);
+    const auto whole = error_margins(mesh, mesh::next_order(mesh));
     out.margins.is_flat = whole.is_flat;
     out.margins.section_fraction = whole.section_fraction;
     for (const auto e : out.part.elements)

@@ -14,7 +14,6 @@
 #include "solvers/eigen/detail/finer_space.hpp"
 #include "solvers/eigen/detail/rigid.hpp"
 #include "solvers/mesh/inward_edges.hpp"
-#include "solvers/mesh/raise_order.hpp"
 
 namespace carillon::solvers::eigen {
 namespace {
@@ -314,7 +313,7 @@ std::vector<double> pitch_errors(std::span<const double> found, std::vector<True
   return out;
 }
 
-ErrorMargins error_margins(const mesh::TetMesh& mesh) {
+ErrorMargins error_margins(const mesh::TetMesh& mesh, const mesh::TetMesh& finer) {
   ErrorMargins margins;
   margins.is_flat = is_flat(mesh);
   const std::vector<bool> is_section = mesh::between_sharp_edges(mesh);
@@ -322,7 +321,7 @@ ErrorMargins error_margins(const mesh::TetMesh& mesh) {
       static_cast<double>(std::count(is_section.begin(), is_section.end(), true)) /
       static_cast<double>(std::max<std::size_t>(1, is_section.size()));
   const double usual = saturation.at(static_cast<std::size_t>(mesh.order - 1));
-  for (const mesh::NearestEdge& edge : mesh::nearest_edges(mesh::next_order(mesh)))
+  for (const mesh::NearestEdge& edge : mesh::nearest_edges(finer))
     margins.at_edges.push_back(std::max(0.0, missed_at_edge(edge, mesh.order) - usual));
   return margins;
 }
@@ -344,7 +343,7 @@ TrueModes estimate_true_modes(const mesh::TetMesh& mesh, std::span<const element
   const auto for_factor = memory / 2, for_each = memory / ranks / 4;
   const FinerSpace space(mesh, regions, system, found.shifted.shift, for_each, comm);
   if (!space.is_sound()) return out;
-  const ErrorMargins own = margins ? ErrorMargins() : error_margins(mesh);
+  const ErrorMargins own = margins ? ErrorMargins() : error_margins(mesh, space.mesh());
   const Estimator estimator(mesh, regions, system, found.shifted, space, margins ? *margins : own,
                             for_factor, comm);
   const double unit = system.scales.eigenvalue();

@@ -43,8 +43,9 @@ struct ErrorMargins {
   double section_fraction = 0;   ///< of the elements, those that are all of a bar's section
   std::vector<double> at_edges;  ///< what inward edges add to each element's factor
 };
-/// @param mesh  a whole body
-ErrorMargins error_margins(const mesh::TetMesh& mesh);
+/// @param mesh   a whole body
+/// @param finer  the same elements at the next order
+ErrorMargins error_margins(const mesh::TetMesh& mesh, const mesh::TetMesh& finer);
 
 /// Modes of a body from what the same elements at the next order (next_order: nodes on the true
 /// surface) change: a hierarchical surplus, solved nearly exactly. One step of inverse iteration on
@@ -59,7 +60,7 @@ ErrorMargins error_margins(const mesh::TetMesh& mesh);
 ///                     at once, whether element matrices are kept, and whether flat elements get a
 ///                     factor of the next order; min_estimate_bytes() at least
 /// @param margins      where the mesh is a part of a body: the body's, for the part's elements;
-///                     null: error_margins(mesh)
+///                     null: those of the mesh
 /// @return with infinite eigenvalues where the next order's elements are turned inside out
 /// @note Collective on comm; the same on every rank.
 TrueModes estimate_true_modes(const mesh::TetMesh& mesh, std::span<const elements::Elastic> regions,
