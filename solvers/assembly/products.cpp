@@ -55,6 +55,7 @@ struct Rows {
 template <class Values>
 [[gnu::always_inline]] inline void multiply_mass(const Rows& rows, const double* x,
                                                  double* const* out) {
+  // A vector, no pointer: NOLINTNEXTLINE(bugprone-sizeof-expression)
   constexpr std::ptrdiff_t columns = sizeof(Values) / sizeof(double);
   for (std::int32_t row = 0; row < rows.count; ++row) {
     Values sum_x = {}, sum_y = {}, sum_z = {};
@@ -75,6 +76,7 @@ template <class Values>
 template <class Values>
 [[gnu::always_inline]] inline void multiply_shifted(const Rows& rows, double shift, const double* x,
                                                     double* const* out) {
+  // A vector, no pointer: NOLINTNEXTLINE(bugprone-sizeof-expression)
   constexpr std::ptrdiff_t columns = sizeof(Values) / sizeof(double);
   for (std::int32_t row = 0; row < rows.count; ++row) {
     Values sum_x = {}, sum_y = {}, sum_z = {};
@@ -194,6 +196,7 @@ void Products::block(const Eigen::Ref<const Eigen::MatrixXd>& x, Eigen::Index fi
 }
 
 void Products::mass(const Eigen::Ref<const Eigen::MatrixXd>& x,
+                    // Written through: NOLINTNEXTLINE(performance-unnecessary-value-param)
                     Eigen::Ref<Eigen::MatrixXd> out) const {
   const auto& graph = system_.graph;
   const Rows rows{graph.rows(), graph.first.data(), place_.data(), nullptr, system_.mass.data()};
@@ -210,6 +213,7 @@ void Products::mass(const Eigen::Ref<const Eigen::MatrixXd>& x,
 }
 
 void Products::shifted(double shift, const Eigen::Ref<const Eigen::MatrixXd>& x,
+                       // Written through: NOLINTNEXTLINE(performance-unnecessary-value-param)
                        Eigen::Ref<Eigen::MatrixXd> out) const {
   const auto& graph = system_.graph;
   const Rows rows{graph.rows(), graph.first.data(), place_.data(), system_.stiffness.data(),

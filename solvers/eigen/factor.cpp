@@ -87,7 +87,7 @@ MatHandle make_shell(const assembly::System& system, bool is_mass, double shift,
   auto shell = std::make_unique<Shell>(Shell{assembly::Products(system, comm), is_mass, shift});
   libraries::check(MatCreateShell(comm, rows, rows, PETSC_DETERMINE, PETSC_DETERMINE, shell.get(),
                                   matrix.put()));
-  shell.release();
+  static_cast<void>(shell.release());  // the matrix has it
   libraries::check(MatShellSetOperation(matrix.get(), MATOP_DESTROY,
                                         reinterpret_cast<void (*)()>(destroy_shell)));
   libraries::check(
@@ -201,11 +201,13 @@ Inverse factored_inverse(const assembly::System& system, double shift, const Fac
   if (plan.structure) {
     const auto factor = std::make_shared<const Cholesky>(system, shift, *plan.structure);
     return [factor](const Eigen::Ref<const Eigen::MatrixXd>& right,
+                    // Written through: NOLINTNEXTLINE(performance-unnecessary-value-param)
                     Eigen::Ref<Eigen::MatrixXd> solution) { factor->solve(right, solution); };
   }
   const auto factor = std::make_shared<Mumps>(system, Mumps::Purpose::solve, plan.node_order, comm);
   factor->factor(shift);
   return [factor](const Eigen::Ref<const Eigen::MatrixXd>& right,
+                  // Written through: NOLINTNEXTLINE(performance-unnecessary-value-param)
                   Eigen::Ref<Eigen::MatrixXd> solution) { factor->solve(right, solution); };
 }
 

@@ -154,6 +154,8 @@ TEST(LowestPairs, GoOnFromThoseOfASolveBefore) {
   Eigen::Index columns = 0;
   iterative.preconditioner = [&columns, cycle = iterative.preconditioner](
                                  const Eigen::Ref<const Eigen::MatrixXd>& right,
+                                 // Written through:
+                                 // NOLINTNEXTLINE(performance-unnecessary-value-param)
                                  Eigen::Ref<Eigen::MatrixXd> solution) {
     columns += right.cols();
     cycle(right, solution);

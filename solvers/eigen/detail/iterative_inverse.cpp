@@ -25,12 +25,16 @@ ShiftedSystem iterative_shifted(const mesh::TetMesh& mesh,
   const auto rigid = std::make_shared<const RigidSolve>(mesh, system, component, shift, comm);
   const auto products = std::make_shared<const assembly::Products>(system, comm);
   const Inverse product = [products, shift](const Eigen::Ref<const Eigen::MatrixXd>& x,
+                                            // Written through:
+                                            // NOLINTNEXTLINE(performance-unnecessary-value-param)
                                             Eigen::Ref<Eigen::MatrixXd> out) {
     products->shifted(shift, x, out);
   };
   // Curved elements of a lower order know rotations only nearly, and the energy of rigid motions
   // under K - shift M is next to nothing.
   shifted.preconditioner = [levels, rigid](const Eigen::Ref<const Eigen::MatrixXd>& right,
+                                           // Written through:
+                                           // NOLINTNEXTLINE(performance-unnecessary-value-param)
                                            Eigen::Ref<Eigen::MatrixXd> solution) {
     levels->cycle(0, right, solution);
     rigid->add(right, solution);

@@ -32,6 +32,8 @@ Eigen::MatrixXd near_modes(const Multigrid& levels, double shift, int count, std
     Eigen::MatrixXd mass_rigid(rigid.rows(), rigid.cols());
     products.mass(rigid, mass_rigid);
     const Inverse cycle = [&levels, level](const Eigen::Ref<const Eigen::MatrixXd>& right,
+                                           // Written through:
+                                           // NOLINTNEXTLINE(performance-unnecessary-value-param)
                                            Eigen::Ref<Eigen::MatrixXd> solution) {
       levels.cycle(level, right, solution);
     };
