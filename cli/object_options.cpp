@@ -61,7 +61,7 @@ void refuse_idle(const ObjectOptions& options, const std::string& family) {
 struct TetrahedralOption {
   const char* name;
   bool given;
-  bool bounds;  ///< says how much a solve may take, not what it is
+  bool bounds;  ///< says how much a solve may take, not what comes out
 };
 
 /// The solver, and what of tetrahedra is asked for.
@@ -71,6 +71,7 @@ scene::SolverRequest solver_request(const ObjectOptions& options) {
       {"--edge-layers", options.edge_layers.has_value(), false},
       {"--eigen-solver", options.eigen_solver.has_value(), false},
       {"--linear-solver", options.linear_solver.has_value(), false},
+      {"--mirror-planes", options.mirror_planes.has_value(), true},
       {"--memory-limit", options.memory_limit.has_value(), true},
       {"--max-elements", options.max_elements.has_value(), true},
       {"--max-unknowns", options.max_unknowns.has_value(), true}};
@@ -105,7 +106,7 @@ solvers::eigen::SolveOptions solve_options(const ObjectOptions& options) {
   if (options.linear_solver) {
     solve.linear_solver = solvers::modes::parse_linear_solver(*options.linear_solver);
   }
-  solve.mirror_planes = options.mirror_planes == "automatic";
+  solve.mirror_planes = options.mirror_planes.value_or("automatic") == "automatic";
   if (options.memory_limit) {
     solve.memory_limit = core::memory_limit(*options.memory_limit, "--memory-limit");
   }
@@ -198,7 +199,7 @@ void add_object_options(Command& command, ObjectOptions& options) {
               "automatic: where tetrahedra are exactly symmetric, the part beside the planes is "
               "solved for each class of modes; off: always the whole")
       .one_of({"automatic", "off"})
-      .show_default();
+      .show_default("automatic");
   command
       .option("--memory-limit", options.memory_limit,
               "of the solve, all ranks together; decides what automatic means")

@@ -25,7 +25,7 @@ struct ObjectOptions {
   std::optional<std::string> max_frequency;  ///< 20 kHz when none is given
   int max_modes = 300;
   // Given or not: what does not apply to an object is refused, not ignored.
-  std::string mirror_planes = "automatic";
+  std::optional<std::string> mirror_planes;  ///< automatic when none is given
   std::optional<std::string> linear_solver;  ///< automatic when none is given
   std::optional<std::string> memory_limit;   ///< 16 GiB when none is given
   std::optional<int> max_elements;           ///< 200,000 when none is given

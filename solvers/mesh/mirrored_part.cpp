@@ -204,25 +204,20 @@ class Mirrors {
         tolerance_(exact * box_.longest_side()),
         places_(mesh.nodes, tolerance_),
         permuted_(mesh.order),
-        permuted_finer_(mesh.order + 1) {
-    for (std::size_t e = 0; e < mesh.element_count(); ++e) {
-      element_of_.emplace_back(sorted_corners(mesh.element(e)), static_cast<std::int32_t>(e));
-    }
-    std::sort(element_of_.begin(), element_of_.end());
-    if (!mesh.finer_nodes.empty()) finer_ = numbering_at(mesh, mesh.order + 1).elements;
-  }
+        permuted_finer_(mesh.order + 1) {}
 
   const Box& box() const { return box_; }
   double tolerance() const { return tolerance_; }
 
   /// The image of every node, where the plane that halves the box along an axis is one of symmetry.
-  std::optional<std::vector<std::int32_t>> images(const MirrorPlane& plane) const {
+  std::optional<std::vector<std::int32_t>> images(const MirrorPlane& plane) {
     std::vector<std::int32_t> image(mesh_.nodes.size(), -1);
     // Most planes of a mesh that has none fail at its first nodes.
     for (std::size_t n = 0; n < image.size(); ++n) {
       image[n] = places_.at(reflect(mesh_.nodes[n], plane));
       if (image[n] < 0) return std::nullopt;
     }
+    if (element_of_.empty()) number_elements();
     for (std::size_t e = 0; e < mesh_.element_count(); ++e) {
       if (crosses(mesh_, e, plane, tolerance_) || !maps(e, plane, image)) return std::nullopt;
     }
@@ -230,6 +225,13 @@ class Mirrors {
   }
 
  private:
+  void number_elements() {
+    for (std::size_t e = 0; e < mesh_.element_count(); ++e)
+      element_of_.emplace_back(sorted_corners(mesh_.element(e)), static_cast<std::int32_t>(e));
+    std::sort(element_of_.begin(), element_of_.end());
+    if (!mesh_.finer_nodes.empty()) finer_ = numbering_at(mesh_, mesh_.order + 1).elements;
+  }
+
   /// Whether an element's image is an element, node by node.
   bool maps(std::size_t e, const MirrorPlane& plane, const std::vector<std::int32_t>& image) const {
     const auto element = mesh_.element(e);
@@ -293,7 +295,7 @@ Vec3 reflect(const Vec3& point, const MirrorPlane& plane) {
 }
 
 std::optional<MirroredPart> mirrored_part(const TetMesh& mesh, std::span<const int> planes_wanted) {
-  const Mirrors mirrors(mesh);
+  Mirrors mirrors(mesh);
   MirroredPart part;
   part.box = mirrors.box();
   const Vec3 middle = (part.box.low + part.box.high) / 2;

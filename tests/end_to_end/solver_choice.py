@@ -62,6 +62,9 @@ class Solver(FolderTest):
         # Every unknown is in one class.
         self.assertEqual(found["unknowns"], whole["unknowns"])
         self.assertIn("in 4 classes of 2 mirror planes", run("modes", *tile).stdout)
+        refused = run("modes", "bowl", "-m", "steel", "--solver", "axisymmetric", "--mirror-planes", "off")
+        self.assertEqual(refused.returncode, 2)
+        self.assertIn("--mirror-planes does not apply", refused.stderr)
 
     def test_missed_pitch_targets_leave_a_trace(self):
         summary, _, _, output = self.build("missed", "solver.pitch_cents=0.01",
