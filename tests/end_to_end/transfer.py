@@ -38,7 +38,7 @@ train:
     nearest-neighbour-a: {}
     isnn-a: {filters: 8, units: 32, kernel: [16, 4], learning_rate: 0.003}
 evaluate:
-  transfer: {target_dataset: noisy, mixes: {mixed_with: clean, fractions: [0, 0.5, 1]}}
+  transfer: {target_dataset: noisy, mixes: {mixed_with: clean, fractions: [0, 0.25, 1]}}
   spectrograms: {max_sounds: 60}
 """
 
@@ -88,11 +88,11 @@ class Transfer(FolderTest):
     def test_mixes_have_one_size_and_the_same_test(self):
         alone = [row for row in self.found["rows"] if row["trained_on"] == "target alone"]
         mixed = [row for row in self.found["rows"] if row["trained_on"] == "mixed"]
-        self.assertEqual([row["fraction"] for row in alone], [0.5, 1])
-        self.assertEqual([row["fraction"] for row in mixed], [0, 0.5])
+        self.assertEqual([row["fraction"] for row in alone], [0.25, 1])
+        self.assertEqual([row["fraction"] for row in mixed], [0, 0.25])
         size = alone[1]["samples"]
         self.assertEqual({row["samples"] for row in mixed}, {size})
-        self.assertEqual(alone[0]["samples"], round(size / 2))
+        self.assertEqual(alone[0]["samples"], round(size / 4))
         for row in alone + mixed:
             self.assertIsNone(row["own"])
         home = self.row("noisy")["target"]
@@ -103,8 +103,8 @@ class Transfer(FolderTest):
         for path in (self.output / "evaluation" / "transfer").rglob("training.json"):
             record = json.loads(path.read_text())
             records[record["key"].rsplit("/", 2)[0]] = (record, path.parent)
-        self.assertEqual(records["50 % target alone"][0]["method"]["learning"]["epochs"], 80)
-        self.assertEqual(records["50 % mixed"][0]["method"]["learning"]["epochs"], 40)
+        self.assertEqual(records["25 % target alone"][0]["method"]["learning"]["epochs"], 160)
+        self.assertEqual(records["25 % mixed"][0]["method"]["learning"]["epochs"], 40)
         # Where few are its own, others beside them help.
         self.assertGreater(mixed[1]["target"]["mean"], alone[0]["target"]["mean"] + 0.05)
 
@@ -125,7 +125,7 @@ class Transfer(FolderTest):
             self.assertTrue((folder / name).exists(), name)
         text = (folder / "transfer.md").read_text()
         self.assertIn("clean", text)
-        self.assertIn("50 %", text)
+        self.assertIn("25 %", text)
         self.assertIn("to a listener", text)
 
     def test_components_are_those_of_the_spectrograms(self):
