@@ -25,6 +25,8 @@ class Handle {
   T get() const { return raw_; }
   /// For creation functions that fill in the handle.
   T* put() { return &raw_; }
+  /// Lets go of the handle, for those that take it over.
+  T release() { return std::exchange(raw_, T(Null)); }
 
  private:
   T raw_ = T(Null);

@@ -10,6 +10,7 @@
 #include "solvers/axisymmetric/solve_axisymmetric.hpp"
 #include "solvers/eigen/cached_modes.hpp"
 #include "solvers/families/families.hpp"
+#include "solvers/libraries/environment.hpp"
 #include "solvers/libraries/library_versions.hpp"
 #include "solvers/modes/modes_broadcast.hpp"
 
@@ -26,6 +27,7 @@ std::string key_of(const solvers::mesh::GeneratedShape& shape,
                    const TurnedOptions& options) {
   core::Sha256 hash;
   hash.add(solver_version);
+  hash.add(solvers::libraries::solver_options());
   for (const auto& [library, version] : solvers::libraries::library_versions())
     hash.add(fmt::format(" {} {}", library, version));
   hash.add(shape.family);

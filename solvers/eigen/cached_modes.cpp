@@ -6,6 +6,7 @@
 
 #include "core/cached.hpp"
 #include "core/hash.hpp"
+#include "solvers/libraries/environment.hpp"
 #include "solvers/libraries/library_versions.hpp"
 #include "solvers/modes/modes_broadcast.hpp"
 #include "solvers/modes/modes_file.hpp"
@@ -30,6 +31,7 @@ std::string modes_key(const mesh::TetMesh& mesh, std::span<const elements::Elast
   for (const auto& [library, version] : libraries::library_versions()) {
     hash.add(fmt::format(" {} {}", library, version));
   }
+  hash.add(libraries::solver_options());
   const auto header = fmt::format("order {} nodes {} elements {} faces {} regions {} group {} ",
                                   mesh.order, mesh.nodes.size(), mesh.element_count(),
                                   mesh.face_count(), regions.size(), group_size);

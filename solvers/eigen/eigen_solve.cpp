@@ -1,17 +1,17 @@
 #include "solvers/eigen/eigen_solve.hpp"
 
 #include <fmt/core.h>
+#include <slepceps.h>
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <string_view>
 #include <utility>
 
 #include "core/error.hpp"
 #include "solvers/assembly/products.hpp"
-#include "solvers/eigen/detail/block_lanczos.hpp"
-#include "solvers/eigen/detail/krylov_schur.hpp"
+#include "solvers/eigen/detail/eps_types.hpp"
 #include "solvers/eigen/detail/lobpcg.hpp"
 #include "solvers/eigen/detail/mumps.hpp"
 #include "solvers/eigen/detail/reduced.hpp"
@@ -100,33 +100,94 @@ void measure_residuals(double shift, MPI_Comm comm, const assembly::Products& pr
   pairs.orthonormality = gram.size() == 0 ? 0 : gram.cwiseAbs().maxCoeff();
 }
 
-EigenPairs lanczos(const assembly::System& system, const EigenRequest& request,
-                   const ShiftedSystem& shifted, MPI_Comm comm) {
-  const assembly::Products products(system, comm);
-  LanczosProblem problem;
-  problem.owned = system.owned_unknowns();
-  problem.total = system.free_unknowns();
-  problem.comm = comm;
-  problem.apply = shifted.inverse;
-  problem.mass = [&products](const auto& x, auto out) { products.mass(x, out); };
-  // Written through: NOLINTNEXTLINE(performance-unnecessary-value-param)
-  problem.start = [&](int number, Eigen::Ref<Eigen::VectorXd> out) {
-    fill_start(system, request.seed, number, out);
-  };
-  LanczosOptions options;
-  options.pairs = static_cast<int>(std::min<std::int64_t>(request.pairs, system.free_unknowns()));
-  options.tolerance = request.tolerance;
-  options.basis = request.basis;
-  auto found = block_lanczos(problem, options);
-  if (found.values.size() < options.pairs) {
-    throw core::SolverError(
-        fmt::format("only {} of {} modes converged", found.values.size(), options.pairs),
-        "the mesh may have nearly flat elements; another element size often helps");
+/// A vector whose values lie in a column of a matrix.
+VecHandle wrap(MPI_Comm comm, double* values, PetscInt rows) {
+  VecHandle out;
+  libraries::check(VecCreateMPIWithArray(comm, 3, rows, PETSC_DETERMINE, values, out.put()));
+  return out;
+}
+
+/// By which of the eigensolvers an EPS solved: options may have chosen another.
+modes::EigenSolver solver_of(EPS eps) {
+  EPSType type = nullptr;
+  libraries::check(EPSGetType(eps, &type));
+  const std::string_view name = type;
+  if (name == block_lanczos_type) return modes::EigenSolver::block_lanczos;
+  if (name == EPSKRYLOVSCHUR) return modes::EigenSolver::krylov_schur;
+  return name == lobpcg_type ? modes::EigenSolver::lobpcg : modes::EigenSolver::slepc;
+}
+
+/// An EPS for the pairs next to a transformation's shift.
+EpsHandle make_eps(const ShiftedSystem& shifted, EPSType type, int pairs, double tolerance,
+                   MPI_Comm comm) {
+  register_eps_types();
+  EpsHandle eps;
+  libraries::check(EPSCreate(comm, eps.put()));
+  libraries::check(EPSSetST(eps.get(), shifted.transformation.get()));
+  libraries::check(EPSSetProblemType(eps.get(), EPS_GHEP));
+  libraries::check(EPSSetType(eps.get(), type));
+  libraries::check(EPSSetTarget(eps.get(), shifted.shift));
+  libraries::check(EPSSetWhichEigenpairs(eps.get(), EPS_TARGET_MAGNITUDE));
+  libraries::check(EPSSetDimensions(eps.get(), pairs, PETSC_DEFAULT, PETSC_DEFAULT));
+  libraries::check(EPSSetTolerances(eps.get(), tolerance, PETSC_DEFAULT));
+  libraries::check(EPSSetPurify(eps.get(), PETSC_FALSE));
+  return eps;
+}
+
+/// Pairs that an EPS finds, ascending.
+/// @param remedy  of too few
+EigenPairs solved(EPS eps, Eigen::Index rows, PetscInt wanted, const char* remedy, MPI_Comm comm) {
+  libraries::check(EPSSolve(eps));
+  PetscInt found = 0;
+  libraries::check(EPSGetConverged(eps, &found));
+  if (found < wanted) {
+    PetscInt iterations = 0;
+    libraries::check(EPSGetIterationNumber(eps, &iterations));
+    throw core::SolverError(fmt::format("only {} of {} modes converged in {} iterations", found,
+                                        wanted, iterations),
+                            remedy);
   }
   EigenPairs pairs;
-  for (const double theta : found.values) pairs.values.push_back(1 / theta + shifted.shift);
-  pairs.vectors = std::move(found.vectors);
+  pairs.solver = solver_of(eps);
+  pairs.vectors.resize(rows, found);
+  for (PetscInt k = 0; k < found; ++k) {
+    double value = 0;
+    const auto x = wrap(comm, pairs.vectors.col(k).data(), static_cast<PetscInt>(rows));
+    libraries::check(EPSGetEigenpair(eps, k, &value, nullptr, x.get(), nullptr));
+    pairs.values.push_back(value);
+  }
   return pairs;
+}
+
+/// With an inverse.
+EigenPairs shift_inverted(const assembly::System& system, const EigenRequest& request,
+                          const ShiftedSystem& shifted, MPI_Comm comm) {
+  const bool is_stock = request.solver == modes::EigenSolver::krylov_schur;
+  const auto wanted =
+      static_cast<PetscInt>(std::min<std::int64_t>(request.pairs, system.free_unknowns()));
+  const auto eps = make_eps(shifted, is_stock ? EPSKRYLOVSCHUR : block_lanczos_type, wanted,
+                            request.tolerance, comm);
+  if (is_stock) {
+    // Beyond 150 modes the projected problem is held small, which bounds the basis' memory.
+    const PetscInt projected = wanted > 150 ? 150 : PETSC_DEFAULT;
+    libraries::check(EPSSetDimensions(eps.get(), wanted, PETSC_DEFAULT, projected));
+    libraries::check(EPSSetTolerances(eps.get(), request.tolerance, 1000));
+  } else if (request.basis > 0) {
+    libraries::check(EPSSetDimensions(eps.get(), wanted, PETSC_DEFAULT, request.basis));
+  }
+  Eigen::VectorXd start(system.owned_unknowns());
+  fill_start(system, request.seed, 0, start);
+  const auto first = wrap(comm, start.data(), system.owned_unknowns());
+  Vec space = first.get();
+  libraries::check(EPSSetInitialSpace(eps.get(), 1, &space));
+  libraries::check(EPSSetFromOptions(eps.get()));
+  set_space(eps.get(), {system.free_unknowns(),
+                        // Written through: NOLINTNEXTLINE(performance-unnecessary-value-param)
+                        [&](int number, Eigen::Ref<Eigen::VectorXd> out) {
+                          fill_start(system, request.seed, number, out);
+                        }});
+  return solved(eps.get(), system.owned_unknowns(), wanted,
+                "the mesh may have nearly flat elements; another element size often helps", comm);
 }
 
 /// With a preconditioner alone; rigid motions are known beforehand.
@@ -137,7 +198,7 @@ EigenPairs preconditioned(const assembly::System& system, const EigenRequest& re
   Eigen::MatrixXd mass_rigid(rigid.rows(), rigid.cols());
   products.mass(rigid, mass_rigid);
   const auto room = static_cast<int>(system.unknowns() - rigid.cols());
-  const int wanted = std::clamp(request.pairs - static_cast<int>(rigid.cols()), 0, room);
+  const int wanted = std::clamp(request.pairs - static_cast<int>(rigid.cols()), 1, room);
   const int guarded = std::min(wanted + guard_vectors, room);
   const LobpcgProblem problem = {&products,
                                  system.owned_unknowns(),
@@ -150,28 +211,31 @@ EigenPairs preconditioned(const assembly::System& system, const EigenRequest& re
   LobpcgOptions options;
   options.pairs = wanted;
   options.tolerance = request.tolerance;
-  auto start = shifted.near_modes(guarded, request.seed);
-  const auto known = std::min(request.start.cols(), start.cols());
-  start.leftCols(known) = request.start.leftCols(known);
-  const auto found = lobpcg(problem, options, start);
-  if (found.converged < wanted) {
-    throw core::SolverError(
-        fmt::format("only {} of {} modes converged in {} iterations with multigrid",
-                    found.converged, wanted, found.iterations),
-        "a direct solver (with a larger memory limit) or a mesh of better shaped elements is "
-        "needed");
+  const auto eps = make_eps(shifted, lobpcg_type, wanted, request.tolerance, comm);
+  libraries::check(EPSSetFromOptions(eps.get()));
+  if (solver_of(eps.get()) != modes::EigenSolver::lobpcg) {
+    return shift_inverted(system, request, shifted, comm);
   }
-  EigenPairs pairs;
-  pairs.solver = modes::EigenSolver::lobpcg;
+  set_solve(eps.get(), [&] {
+    auto start = shifted.near_modes(guarded, request.seed);
+    const auto known = std::min(request.start.cols(), start.cols());
+    start.leftCols(known) = request.start.leftCols(known);
+    return lobpcg(problem, options, start);
+  });
+  auto pairs = solved(eps.get(), system.owned_unknowns(), wanted,
+                      "a direct solver (with a larger memory limit) or a mesh of better shaped "
+                      "elements is needed",
+                      comm);
   Eigen::MatrixXd stiffness_rigid(rigid.rows(), rigid.cols());
   products.shifted(0, rigid, stiffness_rigid);
   Eigen::MatrixXd turned = rigid.transpose() * stiffness_rigid;
   sum_alike(turned, comm);
   const Eigen::VectorXd zeros = eigenpairs_alike(turned, comm);
-  pairs.values.assign(zeros.data(), zeros.data() + zeros.size());
-  pairs.values.insert(pairs.values.end(), found.values.data(), found.values.data() + wanted);
-  pairs.vectors.resize(system.owned_unknowns(), rigid.cols() + wanted);
-  pairs.vectors << rigid * turned, found.vectors.leftCols(wanted);
+  pairs.values.resize(static_cast<std::size_t>(wanted));
+  pairs.values.insert(pairs.values.begin(), zeros.data(), zeros.data() + zeros.size());
+  Eigen::MatrixXd vectors(system.owned_unknowns(), rigid.cols() + wanted);
+  vectors << rigid * turned, pairs.vectors.leftCols(wanted);
+  pairs.vectors = std::move(vectors);
   return pairs;
 }
 
@@ -202,7 +266,7 @@ void purify(const assembly::System& system, const ShiftedSystem& shifted, MPI_Co
   cholesky.matrixU().solveInPlace<Eigen::OnTheRight>(pairs.vectors);
 }
 
-/// All eigenpairs of a small problem on one rank, by Eigen.
+/// The lowest eigenpairs of a small problem on one rank, by LAPACK (options -dense_eps_...).
 void dense(const assembly::System& system, const EigenRequest& request, double shift,
            EigenPairs& pairs) {
   const auto n = static_cast<Eigen::Index>(system.unknowns());
@@ -228,17 +292,32 @@ void dense(const assembly::System& system, const EigenRequest& request, double s
   a -= shift * m;
   // Roles exchanged: the largest eigenvalues of M x = nu (K - sigma M) x are the wanted ones, and
   // come out with the better accuracy.
-  Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(m, a);
-  if (solver.info() != Eigen::Success) {
-    throw core::SolverError("the dense eigenproblem could not be solved",
-                            "the mesh may have elements that are nearly flat");
-  }
-  const auto wanted = std::min<Eigen::Index>(request.pairs, system.free_unknowns());
-  pairs.vectors.resize(n, wanted);
-  for (Eigen::Index k = 0; k < wanted; ++k) {
-    const double inverse = solver.eigenvalues()[n - 1 - k];
-    pairs.values.push_back(1 / inverse + shift);
-    pairs.vectors.col(k) = solver.eigenvectors().col(n - 1 - k) / std::sqrt(inverse);
+  MatHandle mass, shifted_stiffness;
+  const auto rows = static_cast<PetscInt>(n);
+  libraries::check(MatCreateSeqDense(PETSC_COMM_SELF, rows, rows, m.data(), mass.put()));
+  libraries::check(
+      MatCreateSeqDense(PETSC_COMM_SELF, rows, rows, a.data(), shifted_stiffness.put()));
+  const auto wanted =
+      static_cast<PetscInt>(std::min<std::int64_t>(request.pairs, system.free_unknowns()));
+  EpsHandle eps;
+  libraries::check(EPSCreate(PETSC_COMM_SELF, eps.put()));
+  libraries::check(EPSSetOptionsPrefix(eps.get(), "dense_"));
+  libraries::check(EPSSetOperators(eps.get(), mass.get(), shifted_stiffness.get()));
+  libraries::check(EPSSetProblemType(eps.get(), EPS_GHEP));
+  libraries::check(EPSSetType(eps.get(), EPSLAPACK));
+  libraries::check(EPSSetWhichEigenpairs(eps.get(), EPS_LARGEST_REAL));
+  libraries::check(EPSSetDimensions(eps.get(), wanted, PETSC_DEFAULT, PETSC_DEFAULT));
+  libraries::check(EPSSetFromOptions(eps.get()));
+  pairs = solved(eps.get(), n, wanted, "the mesh may have elements that are nearly flat",
+                 PETSC_COMM_SELF);
+  pairs.solver = modes::EigenSolver::dense;
+  const Eigen::Index kept = std::min<Eigen::Index>(wanted, pairs.vectors.cols());
+  pairs.vectors.conservativeResize(Eigen::NoChange, kept);
+  pairs.values.resize(static_cast<std::size_t>(kept));
+  for (Eigen::Index k = 0; k < kept; ++k) {
+    double& value = pairs.values[static_cast<std::size_t>(k)];
+    pairs.vectors.col(k) /= std::sqrt(value);
+    value = 1 / value + shift;
   }
 }
 
@@ -264,12 +343,12 @@ std::int64_t count_below(const assembly::System& system, double value, const Fac
 }
 
 ShiftedSystem factor_shifted(const assembly::System& system, double shift, const FactorPlan& plan,
-                             MPI_Comm comm) {
+                             MPI_Comm comm, std::function<void()> before_solve) {
   ShiftedSystem shifted;
   shifted.shift = shift;
-  shifted.matrix = shifted_product(system, shift, comm);
-  shifted.mass = mass_matrix(system, comm);
-  shifted.inverse = factored_inverse(system, shift, plan, comm);
+  shifted.transformation =
+      factored_transformation(system, shift, plan, comm, std::move(before_solve));
+  shifted.inverse = inverse_of(shifted.transformation);
   shifted.preconditioner = shifted.inverse;
   return shifted;
 }
@@ -279,14 +358,10 @@ EigenPairs lowest_pairs(const assembly::System& system, const EigenRequest& requ
   EigenPairs pairs;
   if (size_of(comm) == 1 && wants_dense(system.free_unknowns(), request.pairs)) {
     dense(system, request, shifted.shift, pairs);
-    pairs.solver = modes::EigenSolver::dense;
-  } else if (request.solver == modes::EigenSolver::krylov_schur) {
-    pairs = krylov_schur(system, request, shifted, comm);
-    pairs.solver = modes::EigenSolver::krylov_schur;
-  } else if (shifted.near_modes) {
+  } else if (shifted.near_modes && request.solver != modes::EigenSolver::krylov_schur) {
     pairs = preconditioned(system, request, shifted, comm);
   } else {
-    pairs = lanczos(system, request, shifted, comm);
+    pairs = shift_inverted(system, request, shifted, comm);
   }
   measure(system, shifted, comm, pairs);
   for (std::size_t k = 0; k < pairs.values.size(); ++k) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "solvers/assembly/assemble.hpp"
+#include "solvers/eigen/detail/transformation.hpp"
 #include "solvers/eigen/factor.hpp"
 #include "solvers/modes/modes.hpp"
 
@@ -49,10 +50,9 @@ struct EigenPairs {
 /// K - sigma M of a negative shift sigma, ready to solve with. Refers to the System it was made
 /// from, which must live as long.
 struct ShiftedSystem {
-  double shift = 0;  ///< sigma, dimensionless
-  MatHandle matrix;  ///< K - sigma M, to multiply with; may hold no entries (shifted_product)
-  MatHandle mass;    ///< M, likewise
-  Inverse inverse;   ///< (K - sigma M)^-1; exact to rounding, or to the tolerance of a CG solve
+  double shift = 0;               ///< sigma, dimensionless
+  Transformation transformation;  ///< K, M and the solves as SLEPc knows them
+  Inverse inverse;  ///< (K - sigma M)^-1; exact to rounding, or to the tolerance of a CG solve
   /// The same or a cheap stand-in for it, symmetric and positive definite: the factor itself, or
   /// one multigrid cycle.
   Inverse preconditioner;
@@ -64,10 +64,11 @@ struct ShiftedSystem {
 };
 
 /// Cholesky of K - sigma M by CHOLMOD on one rank, by MUMPS on a group (METIS order).
+/// @param before_solve  is called before each solve with the factor; may throw, alike on all ranks
 /// @throws core::SolverError  not positive definite, or out of memory
 /// @note Collective on comm.
 ShiftedSystem factor_shifted(const assembly::System& system, double shift, const FactorPlan& plan,
-                             MPI_Comm comm);
+                             MPI_Comm comm, std::function<void()> before_solve = {});
 
 struct EigenRequest {
   int pairs = 0;             ///< how many of the lowest

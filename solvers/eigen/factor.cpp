@@ -2,13 +2,13 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <limits>
 #include <numeric>
 #include <utility>
 
 #include "core/error.hpp"
 #include "mpi/comm.hpp"
-#include "solvers/assembly/products.hpp"
 #include "solvers/eigen/detail/mumps.hpp"
 
 namespace carillon::solvers::eigen {
@@ -34,64 +34,6 @@ MatHandle from_rows(MPI_Comm comm, PetscInt rows, PetscInt block,
       MatSeqAIJSetPreallocationCSR(matrix.get(), first.data(), column.data(), values.data()));
   libraries::check(
       MatMPIAIJSetPreallocationCSR(matrix.get(), first.data(), column.data(), values.data()));
-  libraries::check(MatSetOption(matrix.get(), MAT_SYMMETRIC, PETSC_TRUE));
-  libraries::check(MatSetOption(matrix.get(), MAT_SYMMETRY_ETERNAL, PETSC_TRUE));
-  return matrix;
-}
-
-/// What a shell matrix multiplies with.
-struct Shell {
-  assembly::Products products;
-  bool is_mass;
-  double shift;
-};
-
-PetscErrorCode multiply_shell(Mat matrix, Vec x, Vec out) {
-  Shell* shell = nullptr;
-  const double* from = nullptr;
-  double* to = nullptr;
-  PetscInt rows = 0;
-  PetscFunctionBegin;
-  PetscCall(MatShellGetContext(matrix, &shell));
-  PetscCall(VecGetLocalSize(x, &rows));
-  PetscCall(VecGetArrayRead(x, &from));
-  PetscCall(VecGetArrayWrite(out, &to));
-  // An exception must not cross PETSc's frames.
-  try {
-    const Eigen::Map<const Eigen::MatrixXd> in(from, rows, 1);
-    Eigen::Map<Eigen::MatrixXd> product(to, rows, 1);
-    if (shell->is_mass) {
-      shell->products.mass(in, product);
-    } else {
-      shell->products.shifted(shell->shift, in, product);
-    }
-  } catch (const std::exception& e) {
-    SETERRQ(PETSC_COMM_SELF, PETSC_ERR_MEM, "%s", e.what());
-  }
-  PetscCall(VecRestoreArrayWrite(out, &to));
-  PetscCall(VecRestoreArrayRead(x, &from));
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode destroy_shell(Mat matrix) {
-  Shell* shell = nullptr;
-  PetscFunctionBegin;
-  PetscCall(MatShellGetContext(matrix, &shell));
-  delete shell;
-  PetscFunctionReturn(0);
-}
-
-MatHandle make_shell(const assembly::System& system, bool is_mass, double shift, MPI_Comm comm) {
-  MatHandle matrix;
-  const PetscInt rows = system.owned_unknowns();
-  auto shell = std::make_unique<Shell>(Shell{assembly::Products(system, comm), is_mass, shift});
-  libraries::check(MatCreateShell(comm, rows, rows, PETSC_DETERMINE, PETSC_DETERMINE, shell.get(),
-                                  matrix.put()));
-  static_cast<void>(shell.release());  // the matrix has it
-  libraries::check(MatShellSetOperation(matrix.get(), MATOP_DESTROY,
-                                        reinterpret_cast<void (*)()>(destroy_shell)));
-  libraries::check(
-      MatShellSetOperation(matrix.get(), MATOP_MULT, reinterpret_cast<void (*)()>(multiply_shell)));
   libraries::check(MatSetOption(matrix.get(), MAT_SYMMETRIC, PETSC_TRUE));
   libraries::check(MatSetOption(matrix.get(), MAT_SYMMETRY_ETERNAL, PETSC_TRUE));
   return matrix;
@@ -165,12 +107,10 @@ MatHandle shifted_matrix(const assembly::System& system, double shift, bool defi
   return matrix;
 }
 
-MatHandle shifted_product(const assembly::System& system, double shift, MPI_Comm comm) {
-  return make_shell(system, false, shift, comm);
-}
-
 MatHandle mass_matrix(const assembly::System& system, MPI_Comm comm) {
-  return make_shell(system, true, 0, comm);
+  assembly::System mass_alone = system;
+  std::fill(mass_alone.stiffness.begin(), mass_alone.stiffness.end(), 0.0);
+  return shifted_matrix(mass_alone, -1, true, comm);
 }
 
 FactorPlan plan_factors(const assembly::System& system, MPI_Comm comm) {

@@ -25,11 +25,8 @@ using VecHandle = core::Handle<Vec, VecDestroy>;
 /// @note Collective on comm.
 MatHandle shifted_matrix(const assembly::System& system, double shift, bool definite,
                          MPI_Comm comm);
-/// K - shift M that can be multiplied with only (a shell); takes no memory to speak of.
-/// @param system  is referred to and must live as long
+/// M, with the pattern of K.
 /// @note Collective on comm.
-MatHandle shifted_product(const assembly::System& system, double shift, MPI_Comm comm);
-/// M, likewise.
 MatHandle mass_matrix(const assembly::System& system, MPI_Comm comm);
 
 /// What all factors of one system's K - shift M share, whatever the shift.

@@ -109,24 +109,19 @@ class Search {
     return std::min(wanted + rigid_ + spare_modes + more_, system_.free_unknowns());
   }
 
-  /// Ends the search on every rank once the first one's clock has passed the limit.
-  void heed_time() const {
-    if (options_.time.seconds <= 0) return;
-    int passed = options_.time.passed() ? 1 : 0;
-    MPI_Bcast(&passed, 1, MPI_INT, 0, comm_);
-    if (passed != 0) options_.time.refuse();
-  }
-
-  /// The same operator, which looks at the clock before each use.
-  Inverse timed(Inverse inverse) const {
-    if (options_.time.seconds <= 0 || !inverse) return inverse;
-    return [comm = comm_, limit = options_.time, inner = std::move(inverse)](const auto& right,
-                                                                             auto solution) {
+  /// Ends the solve on every rank once the first one's clock has passed the limit; empty where there
+  /// is none. Refers to nothing of this search.
+  std::function<void()> clock() const {
+    if (options_.time.seconds <= 0) return {};
+    return [comm = comm_, limit = options_.time] {
       int passed = limit.passed() ? 1 : 0;
       MPI_Bcast(&passed, 1, MPI_INT, 0, comm);
       if (passed != 0) limit.refuse();
-      inner(right, solution);
     };
+  }
+
+  void heed_time() const {
+    if (const auto look = clock()) look();
   }
 
   std::int64_t count(double value) {
@@ -270,14 +265,9 @@ class Search {
     solved_seed_ = seed_;
     result_.pairs = EigenPairs();
     prepare();
-    try {
-      mpi::agreed_in_group(comm_, [&] {
-        result_.pairs = methods_.lowest(system_, request, result_.shifted, comm_);
-      });
-    } catch (const core::SolverError&) {
-      heed_time();  // SLEPc hands on no more than that something went wrong
-      throw;
-    }
+    mpi::agreed_in_group(comm_, [&] {
+      result_.pairs = methods_.lowest(system_, request, result_.shifted, comm_);
+    });
     result_.eigen_solver = result_.pairs.solver;
     judge();
   }
@@ -295,13 +285,12 @@ class Search {
     result_.shifted = ShiftedSystem();  // two factors at once need not fit
     heed_time();
     if (memory_.linear_solver == modes::LinearSolver::direct) {
-      result_.shifted = factor_shifted(system_, shift_, plan_, comm_);
+      result_.shifted = factor_shifted(system_, shift_, plan_, comm_, clock());
     } else {
-      const IterativeOptions options{shift_, inner_fraction * tolerance(), memory_.coarse_factor};
+      const IterativeOptions options{shift_, inner_fraction * tolerance(), memory_.coarse_factor,
+                                     clock()};
       result_.shifted = iterative_shifted(mesh_, regions_, system_, component_, options, comm_);
     }
-    result_.shifted.inverse = timed(std::move(result_.shifted.inverse));
-    result_.shifted.preconditioner = timed(std::move(result_.shifted.preconditioner));
   }
 
   /// Tells vibrations from rigid motions among the pairs.

@@ -6,21 +6,13 @@
 #include <algorithm>
 
 #include "core/error.hpp"
+#include "solvers/eigen/detail/eps_types.hpp"
 
 namespace carillon::solvers::eigen {
 namespace {
 
-using EpsHandle = core::Handle<EPS, EPSDestroy>;
-
 /// Pairs that one shift is asked for at a time.
 constexpr PetscInt pairs_per_shift = 24;
-
-/// M with the pattern of K: SLEPc adds multiples of the one to the other at every shift.
-MatHandle mass_like_stiffness(const assembly::System& system, MPI_Comm comm) {
-  assembly::System mass_alone = system;
-  std::fill(mass_alone.stiffness.begin(), mass_alone.stiffness.end(), 0.0);
-  return shifted_matrix(mass_alone, -1, true, comm);
-}
 
 /// Options of the factorisations inside. They are set by name, as those set by call are lost when
 /// a shift changes.
@@ -44,7 +36,7 @@ void set_factor_options(libraries::ScopedOptions& options, std::int64_t unknowns
 EigenPairs slice_spectrum(const assembly::System& system, double low, double high, double tolerance,
                           MPI_Comm comm) {
   const auto stiffness = shifted_matrix(system, 0, false, comm);
-  const auto mass = mass_like_stiffness(system, comm);
+  const auto mass = mass_matrix(system, comm);
   libraries::ScopedOptions options;
   set_factor_options(options, system.unknowns());
   EpsHandle eps;

@@ -5,7 +5,11 @@
 #include <slepcsys.h>
 #include <spdlog/spdlog.h>
 
+#include <cctype>
+#include <cstdlib>
+#include <exception>
 #include <sstream>
+#include <utility>
 
 #include "core/error.hpp"
 #include "solvers/libraries/detail/blas_library.hpp"
@@ -21,6 +25,12 @@ namespace {
 std::string& pending_message() {
   static std::string message;
   return message;
+}
+
+/// What a function threw that PETSc had called.
+std::exception_ptr& pending_exception() {
+  static std::exception_ptr exception;
+  return exception;
 }
 
 PetscErrorCode collect(MPI_Comm, int, const char* function, const char*, PetscErrorCode code,
@@ -58,6 +68,10 @@ SolverEnvironment::~SolverEnvironment() {
 
 void check(int code) {
   if (code == 0) return;
+  if (auto exception = std::exchange(pending_exception(), nullptr)) {
+    pending_message().clear();
+    std::rethrow_exception(exception);
+  }
   std::string text = std::move(pending_message());
   pending_message().clear();
   if (text.empty()) {
@@ -67,6 +81,29 @@ void check(int code) {
   }
   if (code == PETSC_ERR_MEM) throw core::MemoryError("out of memory: PETSc: " + text);
   throw core::SolverError("PETSc: " + text);
+}
+
+int keep_exception() {
+  pending_exception() = std::current_exception();
+  return PetscError(PETSC_COMM_SELF, __LINE__, "guarded", __FILE__, PETSC_ERR_LIB,
+                    PETSC_ERROR_INITIAL, "a function that PETSc called failed");
+}
+
+std::string solver_options() {
+  const char* const given = std::getenv("PETSC_OPTIONS");
+  std::istringstream words(given ? given : "");
+  std::string out;
+  bool is_said = true;
+  for (std::string word; words >> word;) {
+    // A value belongs to the option before it; a negative number is one.
+    const bool is_option = word.size() > 1 && word[0] == '-' && std::isalpha(word[1]) != 0;
+    if (is_option) {
+      is_said = word.find("monitor") == std::string::npos &&
+                word.find("view") == std::string::npos && word.find("log") == std::string::npos;
+    }
+    if (is_said) out += (out.empty() ? "" : " ") + word;
+  }
+  return out;
 }
 
 ScopedOptions::ScopedOptions() {

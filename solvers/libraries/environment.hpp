@@ -1,12 +1,14 @@
 #pragma once
 
 #include <string>
+#include <utility>
 
 namespace carillon::solvers::libraries {
 
 /// Starts PETSc and SLEPc after MPI and ends them before it; one object of a program, made on every
-/// rank. No command line and no option file is read; signal handlers stay as they are; PETSc's
-/// errors print nothing and are collected for check(). CHOLMOD's own threads are switched off. A
+/// rank. Of PETSc's options those in the environment's PETSC_OPTIONS are read, no command line and
+/// no option file; signal handlers stay as they are; PETSc's errors print nothing and are collected
+/// for check(). CHOLMOD's own threads are switched off. A
 /// BLAS that is slow or has threads of its own is warned of once, by rank 0.
 /// @note Collective on MPI_COMM_WORLD.
 class SolverEnvironment {
@@ -18,8 +20,27 @@ class SolverEnvironment {
 };
 
 /// Turns a PETSc or SLEPc return code into an exception.
-/// @throws core::SolverError  with the library's message when `code` is not 0
+/// @throws core::SolverError  with the library's message when `code` is not 0; what guarded() kept
 void check(int code);
+
+/// Keeps the exception that is being handled for the next check(): none may cross PETSc's frames.
+/// @return PETSc's code for an error, to be handed on
+int keep_exception();
+
+/// What a function does that PETSc calls, its exceptions kept for check().
+template <class F>
+int guarded(F&& function) {
+  try {
+    std::forward<F>(function)();
+    return 0;
+  } catch (...) {
+    return keep_exception();
+  }
+}
+
+/// What the environment's PETSC_OPTIONS say of solvers, one blank between words: modes that were
+/// found with other options are others. Without what only prints (monitors, views, logs).
+std::string solver_options();
 
 /// Options of the PETSc data base under one prefix that no other object has; removed at the end.
 class ScopedOptions {

@@ -14,8 +14,8 @@ namespace carillon::solvers::modes {
 namespace {
 
 constexpr std::array<std::string_view, 3> linear_solvers = {"automatic", "direct", "iterative"};
-constexpr std::array<std::string_view, 4> eigen_solvers = {"block_lanczos", "krylov_schur",
-                                                           "lobpcg", "dense"};
+constexpr std::array<std::string_view, 5> eigen_solvers = {"block_lanczos", "krylov_schur",
+                                                           "lobpcg", "dense", "slepc"};
 
 template <class Enum, std::size_t N>
 Enum parse(const std::array<std::string_view, N>& names, std::string_view name, const char* what) {

@@ -31,6 +31,7 @@ enum class EigenSolver {
   /// LAPACK's, in certificates alone: taken by itself for a few hundred unknowns, or where a good
   /// part of all modes is asked for.
   dense,
+  slepc,  ///< another type of SLEPc's that PETSC_OPTIONS asked for, in certificates alone
 };
 
 enum class LinearSolver {

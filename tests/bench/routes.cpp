@@ -47,17 +47,11 @@ namespace {
 
 using EpsHandle = core::Handle<EPS, EPSDestroy>;
 
-solvers::eigen::MatHandle assembled_mass(const solvers::assembly::System& system) {
-  solvers::assembly::System mass = system;
-  std::fill(mass.stiffness.begin(), mass.stiffness.end(), 0.0);
-  return solvers::eigen::shifted_matrix(mass, -1, true, MPI_COMM_SELF);
-}
-
 }  // namespace
 
 Answer slepc_route(const solvers::assembly::System& system, double shift, int pairs) {
   const auto stiffness = solvers::eigen::shifted_matrix(system, 0, false, MPI_COMM_SELF);
-  const auto mass = assembled_mass(system);
+  const auto mass = solvers::eigen::mass_matrix(system, MPI_COMM_SELF);
   Answer answer;
   EpsHandle eps;
   solvers::libraries::check(EPSCreate(MPI_COMM_SELF, eps.put()));

@@ -10,6 +10,7 @@
 #include "core/error.hpp"
 #include "solve.hpp"
 #include "solvers/assembly/products.hpp"
+#include "solvers/eigen/detail/transformation.hpp"
 #include "solvers/eigen/eigen_solve.hpp"
 #include "test_meshes.hpp"
 
@@ -86,18 +87,55 @@ TEST_F(Factors, ProductsAreThoseOfTheMatrices) {
   products.shifted(shift, own_rows(system, right), out);
   EXPECT_LT((out - own_rows(system, shifted * right)).cwiseAbs().maxCoeff(), 1e-13 * size);
 
+  // The same as PETSc knows them.
+  const auto plan = solvers::eigen::plan_factors(system, MPI_COMM_WORLD);
+  const auto transformation =
+      solvers::eigen::factored_transformation(system, shift, plan, MPI_COMM_WORLD);
+  KSP ksp = nullptr;
+  Mat matrix = nullptr;
+  solvers::libraries::check(STGetKSP(transformation.get(), &ksp));
+  solvers::libraries::check(KSPGetOperators(ksp, &matrix, nullptr));
   solvers::eigen::VecHandle x, y;
-  const auto matrix = solvers::eigen::shifted_product(system, shift, MPI_COMM_WORLD);
-  solvers::libraries::check(MatCreateVecs(matrix.get(), x.put(), y.put()));
+  solvers::libraries::check(MatCreateVecs(matrix, x.put(), y.put()));
   double* values = nullptr;
   solvers::libraries::check(VecGetArray(x.get(), &values));
   Eigen::Map<Eigen::VectorXd>(values, out.rows()) = own_rows(system, right.col(0));
   solvers::libraries::check(VecRestoreArray(x.get(), &values));
-  solvers::libraries::check(MatMult(matrix.get(), x.get(), y.get()));
+  solvers::libraries::check(MatMult(matrix, x.get(), y.get()));
   solvers::libraries::check(VecGetArray(y.get(), &values));
   EXPECT_LT((Eigen::Map<Eigen::VectorXd>(values, out.rows()) - out.col(0)).cwiseAbs().maxCoeff(),
             1e-14 * size);
   solvers::libraries::check(VecRestoreArray(y.get(), &values));
+}
+
+/// By the factor as PETSc applies it, to one vector and to many columns.
+TEST_F(Factors, TransformAsSlepcAsks) {
+  const double shift = -0.37;
+  const auto plan = solvers::eigen::plan_factors(system, MPI_COMM_WORLD);
+  int solves = 0;
+  const auto transformation = solvers::eigen::factored_transformation(
+      system, shift, plan, MPI_COMM_WORLD, [&solves] { ++solves; });
+  const Eigen::MatrixXd exact = (whole.k - shift * whole.m).llt().solve(whole.m * right);
+  Eigen::MatrixXd product(system.owned_unknowns(), right.cols()), out = product;
+  solvers::eigen::mass_of(transformation)(own_rows(system, right), product);
+  solvers::eigen::inverse_of(transformation)(product, out);
+  EXPECT_LT((out - own_rows(system, exact)).norm(), 1e-11 * exact.norm());
+  EXPECT_EQ(solves, 1);
+
+  solvers::eigen::VecHandle x, y;
+  Mat mass = nullptr;
+  solvers::libraries::check(STGetMatrix(transformation.get(), 1, &mass));
+  solvers::libraries::check(MatCreateVecs(mass, x.put(), y.put()));
+  double* values = nullptr;
+  solvers::libraries::check(VecGetArray(x.get(), &values));
+  Eigen::Map<Eigen::VectorXd>(values, out.rows()) = own_rows(system, right.col(1));
+  solvers::libraries::check(VecRestoreArray(x.get(), &values));
+  solvers::libraries::check(STApply(transformation.get(), x.get(), y.get()));
+  solvers::libraries::check(VecGetArray(y.get(), &values));
+  EXPECT_LT((Eigen::Map<Eigen::VectorXd>(values, out.rows()) - out.col(1)).norm(),
+            1e-11 * exact.norm());
+  solvers::libraries::check(VecRestoreArray(y.get(), &values));
+  EXPECT_EQ(solves, 2);
 }
 
 TEST_F(Factors, SolveBlocksOfColumns) {

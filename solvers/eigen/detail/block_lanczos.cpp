@@ -59,11 +59,8 @@ class Lanczos {
 
  private:
   Index basis_size() const {
-    // Up to some 150 modes half of the basis is spare; beyond, memory counts for more.
-    const Index spare =
-        std::max<Index>(6 * block_, std::min<Index>(2 * wanted_, 150 + wanted_ / 8));
-    const Index asked = options_.basis > 0 ? options_.basis : wanted_ + spare;
-    return std::min<Index>(problem_.total, std::max<Index>(asked, wanted_ + 2 * block_));
+    if (options_.basis == 0) return lanczos_basis(problem_.total, wanted_, block_);
+    return std::min<Index>(problem_.total, std::max<Index>(options_.basis, wanted_ + 2 * block_));
   }
 
   MatrixXd product(const Eigen::Ref<const MatrixXd>& a, const Eigen::Ref<const MatrixXd>& b) const {
@@ -257,6 +254,16 @@ class Lanczos {
     // A locked pair may be passed by a larger one that shows later: that one must converge too.
     converged_ = locked_ + leading;
     look_at_ = used_ + std::max(block_, wanted_ - converged_);
+    if (problem_.monitor) tell(last);
+  }
+
+  /// @param last  the coupling of each Ritz vector
+  void tell(const MatrixXd& last) const {
+    VectorXd values(used_), residuals = VectorXd::Zero(used_);
+    values << t_.diagonal().head(locked_), theta_;
+    residuals.tail(theta_.size()) =
+        last.colwise().norm().transpose().cwiseQuotient(theta_.cwiseAbs());
+    problem_.monitor(result_.restarts, converged_, values, residuals);
   }
 
   /// Keeps the leading Ritz vectors, locks those that converged.
@@ -320,6 +327,12 @@ class Lanczos {
 };
 
 }  // namespace
+
+Eigen::Index lanczos_basis(Eigen::Index total, Eigen::Index pairs, Eigen::Index block) {
+  // Up to some 150 modes half of the basis is spare; beyond, memory counts for more.
+  const auto spare = std::max(6 * block, std::min(2 * pairs, 150 + pairs / 8));
+  return std::min(total, pairs + spare);
+}
 
 LanczosResult block_lanczos(const LanczosProblem& problem, const LanczosOptions& options) {
   // The basis is what does not fit when memory is short, on some ranks maybe.

@@ -22,6 +22,11 @@ struct LanczosProblem {
   std::function<void(const ConstBlock& x, Block out)> mass;  ///< M x
   /// Fills start vectors: the `number`-th of an endless row of them, alike on any number of ranks.
   std::function<void(int number, Eigen::Ref<Eigen::VectorXd> out)> start;
+  /// Hears after each look at the projected problem: restarts so far, how many converged, the values
+  /// (descending, locked ones first) and their residuals. May be empty.
+  std::function<void(int restarts, Eigen::Index converged, const Eigen::VectorXd& values,
+                     const Eigen::VectorXd& residuals)>
+      monitor = {};
 };
 
 struct LanczosOptions {
@@ -41,6 +46,9 @@ struct LanczosResult {
   int applications = 0;     ///< of the operator, in vectors
   int restarts = 0;
 };
+
+/// Vectors that are kept where LanczosOptions::basis is 0.
+Eigen::Index lanczos_basis(Eigen::Index total, Eigen::Index pairs, Eigen::Index block);
 
 /// The largest eigenpairs of a positive operator by block Lanczos with full reorthogonalisation,
 /// thick restart and locking (Grimes, Lewis and Simon 1994; Wu and Simon 2000). Products with the

@@ -18,8 +18,6 @@ ShiftedSystem iterative_shifted(const mesh::TetMesh& mesh,
   const double shift = options.shift;
   ShiftedSystem shifted;
   shifted.shift = shift;
-  shifted.matrix = shifted_product(system, shift, comm);
-  shifted.mass = mass_matrix(system, comm);
   const auto levels =
       std::make_shared<const Multigrid>(mesh, regions, system, shift, options.factor_bytes, comm);
   const auto rigid = std::make_shared<const RigidSolve>(mesh, system, component, shift, comm);
@@ -32,10 +30,11 @@ ShiftedSystem iterative_shifted(const mesh::TetMesh& mesh,
   };
   // Curved elements of a lower order know rotations only nearly, and the energy of rigid motions
   // under K - shift M is next to nothing.
-  shifted.preconditioner = [levels, rigid](const Eigen::Ref<const Eigen::MatrixXd>& right,
+  shifted.preconditioner = [levels, rigid, before_cycle = options.before_cycle](const Eigen::Ref<const Eigen::MatrixXd>& right,
                                            // Written through:
                                            // NOLINTNEXTLINE(performance-unnecessary-value-param)
                                            Eigen::Ref<Eigen::MatrixXd> solution) {
+    if (before_cycle) before_cycle();
     levels->cycle(0, right, solution);
     rigid->add(right, solution);
   };
@@ -45,7 +44,7 @@ ShiftedSystem iterative_shifted(const mesh::TetMesh& mesh,
   shifted.coarse_factor = levels->factor_bytes();
   shifted.rigid = rigid_basis(system, RigidMotions(mesh, system, component), comm);
   const auto& preconditioner = shifted.preconditioner;
-  shifted.inverse = [product, preconditioner, rigid, comm, cg = CgOptions{options.tolerance, 2000}](
+  const Inverse inverse = [product, preconditioner, rigid, comm, cg = CgOptions{options.tolerance, 2000}](
                         const Eigen::Ref<const Eigen::MatrixXd>& right,
                         Eigen::Ref<Eigen::MatrixXd> solution) {
     // Rigid motions answer far more strongly than all else: solved for by themselves, before and
@@ -61,6 +60,8 @@ ShiftedSystem iterative_shifted(const mesh::TetMesh& mesh,
     residual = right - residual;
     rigid->add(residual, solution);
   };
+  shifted.transformation = given_transformation(system, shift, inverse, comm);
+  shifted.inverse = inverse_of(shifted.transformation);
   return shifted;
 }
 

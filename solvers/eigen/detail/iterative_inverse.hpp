@@ -3,6 +3,7 @@
 #include <mpi.h>
 
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -14,6 +15,8 @@ struct IterativeOptions {
   double shift = 0;               ///< negative, dimensionless
   double tolerance = 1e-12;       ///< of conjugate gradients (CgOptions), rigid motions set apart
   std::int64_t factor_bytes = 0;  ///< that a factor on a coarser level may take, all ranks together
+  /// Is called before each cycle; may throw, alike on every rank.
+  std::function<void()> before_cycle = {};
 };
 
 /// K - shift M solved by conjugate gradients with a multigrid cycle (Multigrid), for bodies

@@ -1,0 +1,236 @@
+#include "solvers/eigen/detail/eps_types.hpp"
+
+// A type of SLEPc's is made of what SLEPc's own types are made of.
+#include <slepc/private/epsimpl.h>
+
+#include <algorithm>
+#include <stdexcept>
+#include <utility>
+
+#include "solvers/eigen/detail/block_lanczos.hpp"
+#include "solvers/eigen/detail/transformation.hpp"
+
+namespace carillon::solvers::eigen {
+namespace {
+
+/// What an EPS of each type holds beside what every EPS holds.
+struct BlockLanczos {
+  BlockLanczosSpace space;
+  PetscInt block = LanczosOptions().block;
+  PetscInt basis = 0;  ///< vectors that are kept
+};
+struct Lobpcg {
+  std::function<LobpcgResult()> solve;
+};
+
+template <class Data>
+Data& data_of(EPS eps) {
+  return *static_cast<Data*>(eps->data);
+}
+
+template <class Data>
+Data* data_of(EPS eps, EPSType type) {
+  PetscBool same = PETSC_FALSE;
+  libraries::check(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(eps), type, &same));
+  return same == PETSC_TRUE ? &data_of<Data>(eps) : nullptr;
+}
+
+/// Settings that both types share, and room for the pairs.
+PetscErrorCode set_up_pairs(EPS eps, PetscInt pairs) {
+  PetscFunctionBegin;
+  EPSCheckHermitianDefinite(eps);
+  EPSCheckSinvert(eps);
+  EPSCheckUnsupported(eps, EPS_FEATURE_BALANCE | EPS_FEATURE_ARBITRARY | EPS_FEATURE_REGION |
+                               EPS_FEATURE_EXTRACTION | EPS_FEATURE_CONVERGENCE |
+                               EPS_FEATURE_STOPPING | EPS_FEATURE_TWOSIDED);
+  PetscCheck(eps->which == EPS_TARGET_MAGNITUDE, PetscObjectComm((PetscObject)eps), PETSC_ERR_SUP,
+             "The solver '%s' finds the pairs next to a target only",
+             ((PetscObject)eps)->type_name);
+  eps->ncv = std::min(pairs, eps->n);
+  PetscCall(EPSAllocateSolution(eps, 0));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode sort_by_target(EPS eps) {
+  eps->sc->comparison = SlepcCompareTargetMagnitude;
+  eps->sc->comparisonctx = &eps->target;
+  eps->sc->map = nullptr;
+  eps->sc->mapobj = nullptr;
+  return 0;
+}
+
+/// Copies vectors to where SLEPc keeps those that it found.
+void keep(EPS eps, const Eigen::MatrixXd& vectors, Eigen::Index count) {
+  double* values = nullptr;
+  libraries::check(BVGetArray(eps->V, &values));
+  PetscInt stride = eps->nloc;
+#if SLEPC_VERSION_GE(3, 20, 0)
+  libraries::check(BVGetLeadingDimension(eps->V, &stride));
+#endif
+  Eigen::Map<Eigen::MatrixXd, 0, Eigen::OuterStride<>>(
+      values, eps->nloc, count, Eigen::OuterStride<>(std::max<PetscInt>(1, stride))) =
+      vectors.leftCols(count);
+  libraries::check(BVRestoreArray(eps->V, &values));
+}
+
+template <class Data>
+PetscErrorCode let_go(EPS eps) {
+  delete static_cast<Data*>(eps->data);
+  eps->data = nullptr;
+  return 0;
+}
+
+PetscErrorCode set_up_lanczos(EPS eps) {
+  auto& own = data_of<BlockLanczos>(eps);
+  PetscFunctionBegin;
+  PetscCheck(own.space.start, PetscObjectComm((PetscObject)eps), PETSC_ERR_ORDER,
+             "The solver '%s' wants start vectors", ((PetscObject)eps)->type_name);
+  const auto pairs = std::min(eps->nev, static_cast<PetscInt>(own.space.dimension));
+  if (eps->mpd != PETSC_DEFAULT) own.basis = eps->mpd;
+  if (eps->ncv != PETSC_DEFAULT && eps->mpd == PETSC_DEFAULT) own.basis = eps->ncv;
+  if (own.basis == 0) {
+    own.basis = static_cast<PetscInt>(lanczos_basis(own.space.dimension, pairs, own.block));
+  }
+  eps->mpd = own.basis;
+  if (eps->max_it == PETSC_DEFAULT) eps->max_it = LanczosOptions().max_restarts;
+  // A block brings some more than are wanted.
+  PetscCall(set_up_pairs(eps, pairs + own.block));
+  PetscFunctionReturn(0);
+}
+
+/// Hands on to SLEPc's monitors how far the solve is.
+void tell(EPS eps, int restarts, Eigen::Index converged, const Eigen::VectorXd& values,
+          const Eigen::VectorXd& residuals) {
+  const auto shown = std::min<Eigen::Index>(eps->ncv, values.size());
+  std::copy_n(values.data(), shown, eps->eigr);
+  std::copy_n(residuals.data(), shown, eps->errest);
+  eps->its = restarts + 1;
+  eps->nconv = static_cast<PetscInt>(std::min(converged, shown));
+  libraries::check(EPSMonitor(eps, eps->its, eps->nconv, eps->eigr, eps->eigi, eps->errest,
+                              static_cast<PetscInt>(shown)));
+}
+
+int solve_lanczos(EPS eps) {
+  return libraries::guarded([&] {
+    auto& own = data_of<BlockLanczos>(eps);
+    // The EPS holds its transformation as long as it solves.
+    const Transformation transformation(eps->st, [](ST) {});
+    LanczosProblem problem;
+    problem.owned = eps->nloc;
+    problem.total = own.space.dimension;
+    problem.comm = PetscObjectComm(reinterpret_cast<PetscObject>(eps));
+    problem.apply = inverse_of(transformation);
+    problem.mass = mass_of(transformation);
+    problem.start = own.space.start;
+    problem.monitor = [eps](int restarts, Eigen::Index converged, const Eigen::VectorXd& values,
+                            const Eigen::VectorXd& residuals) {
+      tell(eps, restarts, converged, values, residuals);
+    };
+    LanczosOptions options;
+    options.pairs = eps->nev;
+    options.tolerance = eps->tol;
+    options.block = own.block;
+    options.basis = own.basis;
+    options.max_restarts = eps->max_it;
+    const auto found = block_lanczos(problem, options);
+    const auto kept = std::min<Eigen::Index>(eps->ncv, found.values.size());
+    std::copy_n(found.values.data(), kept, eps->eigr);
+    keep(eps, found.vectors, kept);
+    eps->nconv = static_cast<PetscInt>(kept);
+    eps->its = found.restarts + 1;
+    const auto wanted = std::min<Eigen::Index>(eps->nev, own.space.dimension);
+    eps->reason = kept >= wanted ? EPS_CONVERGED_TOL : EPS_DIVERGED_ITS;
+  });
+}
+
+PetscErrorCode transform_back(EPS eps) {
+  return STBackTransform(eps->st, eps->nconv, eps->eigr, eps->eigi);
+}
+
+PetscErrorCode read_lanczos_options(EPS eps, PetscOptionItems* PetscOptionsObject) {
+  auto& own = data_of<BlockLanczos>(eps);
+  PetscFunctionBegin;
+  PetscOptionsHeadBegin(PetscOptionsObject, "EPS block Lanczos options");
+  PetscCall(PetscOptionsRangeInt("-eps_blocklanczos_block", "Columns that are solved for together",
+                                 "", own.block, &own.block, nullptr, 1, 1000));
+  PetscOptionsHeadEnd();
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode view_lanczos(EPS eps, PetscViewer viewer) {
+  const auto& own = data_of<BlockLanczos>(eps);
+  return PetscViewerASCIIPrintf(viewer, "  blocks of %d columns, %d vectors kept\n",
+                                static_cast<int>(own.block), static_cast<int>(own.basis));
+}
+
+PetscErrorCode make_lanczos(EPS eps) {
+  eps->data = new BlockLanczos;
+  eps->categ = EPS_CATEGORY_KRYLOV;
+  eps->ops->setup = set_up_lanczos;
+  eps->ops->setupsort = sort_by_target;
+  eps->ops->solve = solve_lanczos;
+  eps->ops->setfromoptions = read_lanczos_options;
+  eps->ops->view = view_lanczos;
+  eps->ops->backtransform = transform_back;
+  eps->ops->destroy = let_go<BlockLanczos>;
+  return 0;
+}
+
+PetscErrorCode set_up_lobpcg(EPS eps) {
+  PetscFunctionBegin;
+  PetscCheck(data_of<Lobpcg>(eps).solve, PetscObjectComm((PetscObject)eps), PETSC_ERR_ORDER,
+             "The solver '%s' wants a preconditioner", ((PetscObject)eps)->type_name);
+  PetscCall(set_up_pairs(eps, eps->nev));
+  PetscFunctionReturn(0);
+}
+
+int solve_lobpcg(EPS eps) {
+  return libraries::guarded([&] {
+    const auto found = data_of<Lobpcg>(eps).solve();
+    const auto kept = std::min<Eigen::Index>({eps->ncv, found.values.size(), found.converged});
+    std::copy_n(found.values.data(), kept, eps->eigr);
+    keep(eps, found.vectors, kept);
+    eps->nconv = static_cast<PetscInt>(kept);
+    eps->its = found.iterations;
+    eps->reason = kept >= eps->nev ? EPS_CONVERGED_TOL : EPS_DIVERGED_ITS;
+  });
+}
+
+PetscErrorCode make_lobpcg(EPS eps) {
+  eps->data = new Lobpcg;
+  eps->categ = EPS_CATEGORY_OTHER;
+  eps->ops->setup = set_up_lobpcg;
+  eps->ops->setupsort = sort_by_target;
+  eps->ops->solve = solve_lobpcg;
+  // It works on lambda itself.
+  eps->ops->backtransform = [](EPS) -> PetscErrorCode { return 0; };
+  eps->ops->destroy = let_go<Lobpcg>;
+  return 0;
+}
+
+}  // namespace
+
+void destroy_eps(EPS* eps) {
+  ST none = nullptr;
+  STCreate(PetscObjectComm(reinterpret_cast<PetscObject>(*eps)), &none);
+  EPSSetST(*eps, none);
+  STDestroy(&none);
+  EPSDestroy(eps);
+}
+
+void register_eps_types() {
+  libraries::check(EPSRegister(block_lanczos_type, make_lanczos));
+  libraries::check(EPSRegister(lobpcg_type, make_lobpcg));
+}
+
+void set_space(EPS eps, BlockLanczosSpace space) {
+  if (auto* const own = data_of<BlockLanczos>(eps, block_lanczos_type)) {
+    own->space = std::move(space);
+  }
+}
+
+void set_solve(EPS eps, std::function<LobpcgResult()> solve) {
+  if (auto* const own = data_of<Lobpcg>(eps, lobpcg_type)) own->solve = std::move(solve);
+}
+
+}  // namespace carillon::solvers::eigen

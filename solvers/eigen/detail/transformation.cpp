@@ -1,0 +1,356 @@
+#include "solvers/eigen/detail/transformation.hpp"
+
+#include <array>
+#include <stdexcept>
+#include <string_view>
+#include <utility>
+
+#include "solvers/assembly/products.hpp"
+
+namespace carillon::solvers::eigen {
+namespace {
+
+using Columns = Eigen::Ref<Eigen::MatrixXd>;
+using ConstColumns = Eigen::Ref<const Eigen::MatrixXd>;
+
+/// PETSc's name for the factors made here.
+constexpr const char* package = "carillon";
+
+/// K - shift M, or M alone, of a System.
+struct SystemMatrix {
+  const assembly::System* system;
+  std::shared_ptr<const assembly::Products> products;
+  bool is_mass = false;
+  double shift = 0;
+  std::shared_ptr<const FactorPlan> plan = {};  ///< null where no factor is made
+  std::function<void()> before_solve = {};      ///< of a factor
+
+  void multiply(const ConstColumns& x, Columns out) const {
+    if (is_mass) {
+      products->mass(x, out);
+    } else {
+      products->shifted(shift, x, out);
+    }
+  }
+};
+
+template <class Context>
+Context* context_of(Mat matrix) {
+  Context* context = nullptr;
+  libraries::check(MatShellGetContext(matrix, &context));
+  return context;
+}
+
+/// Calls apply(right, solution) on this rank's values.
+template <class Apply>
+PetscErrorCode on_values(Vec right, Vec solution, const Apply& apply) {
+  PetscInt rows = 0;
+  const double* from = nullptr;
+  double* to = nullptr;
+  PetscFunctionBegin;
+  PetscCall(VecGetLocalSize(right, &rows));
+  PetscCall(VecGetArrayRead(right, &from));
+  PetscCall(VecGetArrayWrite(solution, &to));
+  const int failed = libraries::guarded([&] {
+    apply(Eigen::Map<const Eigen::MatrixXd>(from, rows, 1),
+          Eigen::Map<Eigen::MatrixXd>(to, rows, 1));
+  });
+  PetscCall(VecRestoreArrayWrite(solution, &to));
+  PetscCall(VecRestoreArrayRead(right, &from));
+  PetscFunctionReturn(failed);
+}
+
+/// The same on the columns of dense matrices.
+template <class Apply>
+PetscErrorCode on_values(Mat right, Mat solution, const Apply& apply) {
+  using Stride = Eigen::OuterStride<>;
+  PetscInt rows = 0, columns = 0, from_stride = 0, to_stride = 0;
+  const double* from = nullptr;
+  double* to = nullptr;
+  PetscFunctionBegin;
+  PetscCall(MatGetLocalSize(right, &rows, nullptr));
+  PetscCall(MatGetSize(right, nullptr, &columns));
+  PetscCall(MatDenseGetLDA(right, &from_stride));
+  PetscCall(MatDenseGetLDA(solution, &to_stride));
+  PetscCall(MatDenseGetArrayRead(right, &from));
+  PetscCall(MatDenseGetArrayWrite(solution, &to));
+  const int failed = libraries::guarded([&] {
+    apply(
+        Eigen::Map<const Eigen::MatrixXd, 0, Stride>(from, rows, columns, Stride(from_stride)),
+        Eigen::Map<Eigen::MatrixXd, 0, Stride>(to, rows, columns, Stride(to_stride)));
+  });
+  PetscCall(MatDenseRestoreArrayWrite(solution, &to));
+  PetscCall(MatDenseRestoreArrayRead(right, &from));
+  PetscFunctionReturn(failed);
+}
+
+template <class Function>
+void set_operation(Mat matrix, MatOperation operation, Function* function) {
+  libraries::check(
+      MatShellSetOperation(matrix, operation, reinterpret_cast<void (*)()>(function)));
+}
+
+/// A shell matrix of this rank's rows that owns its context.
+template <class Context>
+MatHandle make_shell(MPI_Comm comm, PetscInt rows, std::unique_ptr<Context> context) {
+  MatHandle matrix;
+  libraries::check(MatCreateShell(comm, rows, rows, PETSC_DETERMINE, PETSC_DETERMINE, context.get(),
+                                  matrix.put()));
+  static_cast<void>(context.release());  // the matrix has it
+  set_operation(matrix.get(), MATOP_DESTROY, +[](Mat shell) {
+    return libraries::guarded([&] { delete context_of<Context>(shell); });
+  });
+  return matrix;
+}
+
+int multiply(Mat matrix, Vec x, Vec out) {
+  return on_values(x, out, [&](const ConstColumns& in, Columns product) {
+    context_of<SystemMatrix>(matrix)->multiply(in, product);
+  });
+}
+
+int duplicate(Mat matrix, MatDuplicateOption option, Mat* out);
+
+/// Adds a multiple of M to K - shift M.
+int add_multiple(Mat matrix, PetscScalar factor, Mat other, MatStructure) {
+  return libraries::guarded([&] {
+    if (!context_of<SystemMatrix>(other)->is_mass) {
+      throw std::logic_error("only M is added to K - shift M");
+    }
+    context_of<SystemMatrix>(matrix)->shift -= factor;
+  });
+}
+
+MatHandle make_matrix(SystemMatrix matrix, MPI_Comm comm) {
+  const PetscInt rows = matrix.system->owned_unknowns();
+  auto out = make_shell(comm, rows, std::make_unique<SystemMatrix>(std::move(matrix)));
+  libraries::check(MatShellSetManageScalingShifts(out.get()));
+  set_operation(out.get(), MATOP_MULT, multiply);
+  set_operation(out.get(), MATOP_DUPLICATE, duplicate);
+  set_operation(out.get(), MATOP_AXPY, add_multiple);
+  libraries::check(MatSetOption(out.get(), MAT_SYMMETRIC, PETSC_TRUE));
+  libraries::check(MatSetOption(out.get(), MAT_SYMMETRY_ETERNAL, PETSC_TRUE));
+  return out;
+}
+
+int duplicate(Mat matrix, MatDuplicateOption, Mat* out) {
+  return libraries::guarded([&] {
+    auto copy = make_matrix(*context_of<SystemMatrix>(matrix),
+                            PetscObjectComm(reinterpret_cast<PetscObject>(matrix)));
+    *out = copy.release();
+  });
+}
+
+/// A factor of a SystemMatrix, to be filled in.
+struct Factor {
+  Inverse inverse;
+  std::function<void()> before_solve;
+};
+
+template <class Values>
+int solve(Mat factor, Values right, Values solution) {
+  return on_values(right, solution, [&](const ConstColumns& from, Columns to) {
+    const auto& own = *context_of<Factor>(factor);
+    if (own.before_solve) own.before_solve();
+    own.inverse(from, to);
+  });
+}
+
+int factorise(Mat factor, Mat matrix, const MatFactorInfo*) {
+  return libraries::guarded([&] {
+    const auto& of = *context_of<SystemMatrix>(matrix);
+    const auto comm = PetscObjectComm(reinterpret_cast<PetscObject>(matrix));
+    *context_of<Factor>(factor) = {factored_inverse(*of.system, of.shift, *of.plan, comm),
+                                   of.before_solve};
+  });
+}
+
+int plan_is_there(Mat, Mat, IS, const MatFactorInfo*) { return 0; }
+
+int tell_nothing(Mat, MatInfoType, MatInfo* info) {
+  *info = MatInfo{};
+  return 0;
+}
+
+int package_of(Mat, MatSolverType* type) {
+  *type = package;
+  return 0;
+}
+
+int make_factor(Mat matrix, MatFactorType type, Mat* out) {
+  return libraries::guarded([&] {
+    PetscInt rows = 0;
+    libraries::check(MatGetLocalSize(matrix, &rows, nullptr));
+    auto factor = make_shell(PetscObjectComm(reinterpret_cast<PetscObject>(matrix)), rows,
+                             std::make_unique<Factor>());
+    set_operation(factor.get(), MATOP_CHOLESKY_FACTOR_SYMBOLIC, plan_is_there);
+    set_operation(factor.get(), MATOP_CHOLESKY_FACTOR_NUMERIC, factorise);
+    set_operation(factor.get(), MATOP_SOLVE, solve<Vec>);
+    set_operation(factor.get(), MATOP_MAT_SOLVE, solve<Mat>);
+    set_operation(factor.get(), MATOP_GETINFO, tell_nothing);
+    libraries::check(PetscObjectComposeFunction(reinterpret_cast<PetscObject>(factor.get()),
+                                                "MatFactorGetSolverType_C", package_of));
+    libraries::check(MatSetFactorType(factor.get(), type));
+    *out = factor.release();
+  });
+}
+
+/// Makes the package known to PETSc, once.
+void register_package() {
+  static bool is_registered = false;
+  if (std::exchange(is_registered, true)) return;
+  libraries::check(MatInitializePackage());  // or PETSc would leave out its own
+  libraries::check(MatSolverTypeRegister(package, MATSHELL, MAT_FACTOR_CHOLESKY, make_factor));
+}
+
+template <class Values>
+int apply_given(PC preconditioner, Values right, Values solution) {
+  Inverse* inverse = nullptr;
+  PetscFunctionBegin;
+  PetscCall(PCShellGetContext(preconditioner, &inverse));
+  PetscFunctionReturn(on_values(right, solution, *inverse));
+}
+
+int let_go(PC preconditioner) {
+  return libraries::guarded([&] {
+    Inverse* inverse = nullptr;
+    libraries::check(PCShellGetContext(preconditioner, &inverse));
+    delete inverse;
+  });
+}
+
+KSP solver_of(ST st) {
+  KSP ksp = nullptr;
+  libraries::check(STGetKSP(st, &ksp));
+  return ksp;
+}
+
+PC preconditioner_of(ST st) {
+  PC pc = nullptr;
+  libraries::check(KSPGetPC(solver_of(st), &pc));
+  return pc;
+}
+
+/// Shift-invert with one application of the preconditioner, still without matrices.
+Transformation begin(double shift, MPI_Comm comm) {
+  ST raw = nullptr;
+  libraries::check(STCreate(comm, &raw));
+  Transformation st(raw, [](ST made) { STDestroy(&made); });
+  libraries::check(STSetType(raw, STSINVERT));
+  libraries::check(STSetShift(raw, shift));
+  libraries::check(STSetTransform(raw, PETSC_TRUE));
+  libraries::check(KSPSetType(solver_of(raw), KSPPREONLY));
+  return st;
+}
+
+/// Whether options left the preconditioner as it was set.
+bool is_own(ST st, PCType type) {
+  PetscBool same = PETSC_FALSE;
+  auto* const pc = reinterpret_cast<PetscObject>(preconditioner_of(st));
+  libraries::check(PetscObjectTypeCompare(pc, type, &same));
+  if (same == PETSC_FALSE || std::string_view(type) != PCCHOLESKY) return same == PETSC_TRUE;
+  MatSolverType solver = nullptr;
+  libraries::check(PCFactorGetMatSolverType(preconditioner_of(st), &solver));
+  return solver != nullptr && std::string_view(solver) == package;
+}
+
+/// Reads the options, gives the transformation its matrices and makes it ready.
+///
+/// @param matrix  K
+void finish(ST st, PCType type, SystemMatrix matrix, MPI_Comm comm) {
+  libraries::check(STSetFromOptions(st));
+  MatHandle stiffness, mass;
+  if (is_own(st, type)) {
+    mass = make_matrix({matrix.system, matrix.products, true}, comm);
+    stiffness = make_matrix(std::move(matrix), comm);
+  } else {
+    stiffness = shifted_matrix(*matrix.system, 0, false, comm);
+    mass = mass_matrix(*matrix.system, comm);
+    libraries::check(STSetMatStructure(st, SAME_NONZERO_PATTERN));
+  }
+  std::array<Mat, 2> both = {stiffness.get(), mass.get()};
+  libraries::check(STSetMatrices(st, 2, both.data()));
+  libraries::check(STSetUp(st));
+}
+
+/// Columns as a dense matrix of PETSc's, which refers to them.
+MatHandle dense_of(MPI_Comm comm, Eigen::Index rows, Eigen::Index columns, Eigen::Index stride,
+                   double* values) {
+  MatHandle out;
+  const auto own_rows = static_cast<PetscInt>(rows);
+  libraries::check(MatCreateDense(comm, own_rows, PETSC_DECIDE, PETSC_DETERMINE,
+                                  static_cast<PetscInt>(columns), values, out.put()));
+  if (stride > rows) libraries::check(MatDenseSetLDA(out.get(), static_cast<PetscInt>(stride)));
+  return out;
+}
+
+}  // namespace
+
+Transformation factored_transformation(const assembly::System& system, double shift,
+                                       const FactorPlan& plan, MPI_Comm comm,
+                                       std::function<void()> before_solve) {
+  register_package();
+  auto st = begin(shift, comm);
+  auto* const pc = preconditioner_of(st.get());
+  libraries::check(PCSetType(pc, PCCHOLESKY));
+  libraries::check(PCFactorSetMatSolverType(pc, package));
+  SystemMatrix stiffness = {&system, std::make_shared<const assembly::Products>(system, comm)};
+  stiffness.plan = std::make_shared<const FactorPlan>(plan);
+  stiffness.before_solve = std::move(before_solve);
+  finish(st.get(), PCCHOLESKY, std::move(stiffness), comm);
+  return st;
+}
+
+Transformation given_transformation(const assembly::System& system, double shift, Inverse inverse,
+                                    MPI_Comm comm) {
+  auto st = begin(shift, comm);
+  auto* const pc = preconditioner_of(st.get());
+  libraries::check(PCSetType(pc, PCSHELL));
+  libraries::check(PCShellSetContext(pc, new Inverse(std::move(inverse))));
+  libraries::check(PCShellSetDestroy(pc, let_go));
+  libraries::check(PCShellSetApply(pc, apply_given<Vec>));
+  libraries::check(PCShellSetMatApply(pc, apply_given<Mat>));
+  libraries::check(PCShellSetName(pc, "conjugate gradients with a multigrid cycle"));
+  finish(st.get(), PCSHELL, {&system, std::make_shared<const assembly::Products>(system, comm)},
+         comm);
+  return st;
+}
+
+Inverse inverse_of(const Transformation& transformation) {
+  return [transformation](const ConstColumns& right, Columns solution) {
+    auto* const st = transformation.get();
+    const auto comm = PetscObjectComm(reinterpret_cast<PetscObject>(st));
+    // Read only: PETSc has no matrix of constant values.
+    const auto from = dense_of(comm, right.rows(), right.cols(), right.outerStride(),
+                               const_cast<double*>(right.data()));
+    const auto to =
+        dense_of(comm, solution.rows(), solution.cols(), solution.outerStride(), solution.data());
+    libraries::check(KSPMatSolve(solver_of(st), from.get(), to.get()));
+  };
+}
+
+Inverse mass_of(const Transformation& transformation) {
+  Mat mass = nullptr;
+  libraries::check(STGetMatrix(transformation.get(), 1, &mass));
+  PetscBool is_shell = PETSC_FALSE;
+  libraries::check(
+      PetscObjectTypeCompare(reinterpret_cast<PetscObject>(mass), MATSHELL, &is_shell));
+  if (is_shell == PETSC_TRUE) {
+    return [transformation, products = context_of<SystemMatrix>(mass)->products](
+               const ConstColumns& x, Columns out) { products->mass(x, out); };
+  }
+  return [transformation, mass](const ConstColumns& x, Columns out) {
+    const auto comm = PetscObjectComm(reinterpret_cast<PetscObject>(mass));
+    const auto from =
+        dense_of(comm, x.rows(), x.cols(), x.outerStride(), const_cast<double*>(x.data()));
+    MatHandle product;
+    libraries::check(
+        MatMatMult(mass, from.get(), MAT_INITIAL_MATRIX, PETSC_DEFAULT, product.put()));
+    libraries::check(on_values(product.get(), dense_of(comm, out.rows(), out.cols(),
+                                                       out.outerStride(), out.data())
+                                                  .get(),
+                               [](const ConstColumns& from, Columns to) { to = from; }));
+  };
+}
+
+}  // namespace carillon::solvers::eigen
