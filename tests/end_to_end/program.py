@@ -15,12 +15,14 @@ CONFIGS = pathlib.Path(__file__).resolve().parents[2] / "configs"
 DOCS = pathlib.Path(__file__).resolve().parents[2] / "docs"
 
 
-def run(*arguments, ranks=None, cwd=None, timeout=400):
-    """The finished process of `carillon arguments`, under mpirun when ranks are given."""
+def run(*arguments, ranks=None, cwd=None, timeout=400, environment=None):
+    """The finished process of `carillon arguments`, under mpirun when ranks are given; with variables
+    beside those of this process."""
     command = [CARILLON, *map(str, arguments)]
     if ranks:
         command = ["mpirun", "--oversubscribe", "--bind-to", "none", "-n", str(ranks), *command]
     return subprocess.run(command, capture_output=True, text=True, cwd=cwd,
+                          env={**os.environ, **(environment or {})},
                           timeout=timeout * TIMEOUT_FACTOR)
 
 

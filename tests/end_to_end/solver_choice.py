@@ -66,6 +66,39 @@ class Solver(FolderTest):
         self.assertEqual(refused.returncode, 2)
         self.assertIn("--mirror-planes does not apply", refused.stderr)
 
+    def test_options_of_petsc_are_heeded(self):
+        tile = ("modes", "tile:length=100mm,width=80mm,thickness=6mm", "-m", "steel", "--element-size",
+                "20 mm", "--mirror-planes", "off")
+
+        def found(options):
+            return run_json(*tile, environment={"PETSC_OPTIONS": options})
+
+        log = self.folder / "log.txt"
+        # One after the other: modes of other options are not those of the cache, what only prints
+        # changes nothing.
+        own = found("")
+        logged = found(f"-log_view :{log}")
+        stock = found("-eps_type krylovschur")
+        other = found("-eps_type subspace")
+        assembled = found("-st_pc_factor_mat_solver_type mumps")
+        self.assertEqual(own["certificate"]["eigen_solver"], "block_lanczos")
+        self.assertEqual(stock["certificate"]["eigen_solver"], "krylov_schur")
+        self.assertEqual(other["certificate"]["eigen_solver"], "slepc")
+        for one in (logged, stock, other, assembled):
+            self.assertTrue(one["certificate"]["count_verified"])
+            for a, b in zip(own["modes"], one["modes"], strict=True):
+                self.assertAlmostEqual(a["frequency_hz"] / b["frequency_hz"], 1, 8)
+        self.assertNotIn("EPSSolve", log.read_text())  # from the cache
+        found(f"-log_view :{log} -eps_tol 1e-11")
+        counts = {line.split()[0]: int(line.split()[1]) for line in log.read_text().splitlines()
+                  if line.startswith(("EPSSolve", "MatCholFctrNum", "KSPMatSolve"))}
+        self.assertEqual(counts["EPSSolve"], 1)
+        self.assertEqual(counts["MatCholFctrNum"], 1)
+        self.assertGreater(counts["KSPMatSolve"], 2)
+        refused = run(*tile, environment={"PETSC_OPTIONS": "-eps_type nonsense"})
+        self.assertEqual(refused.returncode, 2)
+        self.assertIn("nonsense", refused.stderr)
+
     def test_missed_pitch_targets_leave_a_trace(self):
         summary, _, _, output = self.build("missed", "solver.pitch_cents=0.01",
                                            "modes.max_elements=300")

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 #include <mpi.h>
+#include <petsc/private/petscimpl.h>
 
 #include <Eigen/SVD>
 #include <algorithm>
@@ -108,6 +109,108 @@ TEST(EigenSolvers, FindTheSameModes) {
     first += count;
   }
   EXPECT_GT(spaces, 5) << "a cube has repeated modes";
+}
+
+/// An option of PETSc's data base for a while, as PETSC_OPTIONS would set it.
+class Option {
+ public:
+  Option(const char* name, const char* value) : name_(name) {
+    solvers::libraries::check(PetscOptionsSetValue(nullptr, name, value));
+  }
+  ~Option() { PetscOptionsClearValue(nullptr, name_); }
+  Option(const Option&) = delete;
+  Option& operator=(const Option&) = delete;
+
+ private:
+  const char* name_;
+};
+
+/// Types of SLEPc's and packages of PETSc's take the place of the project's own.
+TEST(EigenSolvers, AreChosenByOptionsOfPetsc) {
+  const auto mesh = box_mesh({0.02, 0.031, 0.053}, {2, 3, 5}, 2);
+  constexpr int wanted = 30;
+  const solvers::eigen::EigenRequest request{wanted, 1e-12, 1};
+  const auto own = Body(mesh, MPI_COMM_WORLD).lowest(request);
+  EXPECT_EQ(own.solver, solvers::modes::EigenSolver::block_lanczos);
+  {
+    const Option option("-eps_type", "krylovschur");
+    const auto other = Body(mesh, MPI_COMM_WORLD).lowest(request);
+    EXPECT_EQ(other.solver, solvers::modes::EigenSolver::krylov_schur);
+    EXPECT_LT(largest_difference(own, other, wanted), 1e-9);
+  }
+  {
+    const Option option("-eps_type", "subspace");
+    const auto other = Body(mesh, MPI_COMM_WORLD).lowest(request);
+    EXPECT_EQ(other.solver, solvers::modes::EigenSolver::slepc);
+    EXPECT_LT(largest_difference(own, other, wanted), 1e-9);
+  }
+  {
+    // Matrices are assembled for a package that knows nothing of shells.
+    const Option option("-st_pc_factor_mat_solver_type", "mumps");
+    const Body body(mesh, MPI_COMM_WORLD);
+    Mat stiffness = nullptr;
+    MatType type = nullptr;
+    solvers::libraries::check(
+        STGetMatrix(body.shifted.transformation.get(), 0, &stiffness));
+    solvers::libraries::check(MatGetType(stiffness, &type));
+    EXPECT_STRNE(type, MATSHELL);
+    EXPECT_LT(largest_difference(own, body.lowest(request), wanted), 1e-9);
+  }
+  {
+    const Option option("-eps_type", "krylovschur");
+    const Body body(mesh, MPI_COMM_WORLD);
+    const auto other = body.lowest_by_multigrid(mesh, {wanted, 1e-10, 1});
+    EXPECT_EQ(other.solver, solvers::modes::EigenSolver::krylov_schur);
+    EXPECT_LT(largest_difference(own, other, wanted), 1e-8);
+  }
+  {
+    const Option few("-eps_max_it", "1"), small("-eps_mpd", "46");
+    EXPECT_THROW(Body(mesh, MPI_COMM_WORLD).lowest(request), core::SolverError);
+  }
+}
+
+/// Solves after the first go on with the factor that is there.
+TEST(EigenSolvers, FactorOnce) {
+  const Body body(box_mesh({0.02, 0.031, 0.053}, {2, 3, 5}, 2), MPI_COMM_WORLD);
+  const auto factor = [&body] {
+    KSP ksp = nullptr;
+    PC pc = nullptr;
+    Mat matrix = nullptr;
+    PetscObjectState state = 0;
+    solvers::libraries::check(STGetKSP(body.shifted.transformation.get(), &ksp));
+    solvers::libraries::check(KSPGetPC(ksp, &pc));
+    solvers::libraries::check(PCFactorGetMatrix(pc, &matrix));
+    solvers::libraries::check(
+        PetscObjectStateGet(reinterpret_cast<PetscObject>(matrix), &state));
+    return std::pair(matrix, state);
+  };
+  const auto first = factor();
+  for (const auto solver : {solvers::modes::EigenSolver::block_lanczos,
+                            solvers::modes::EigenSolver::krylov_schur}) {
+    body.lowest({20, 1e-12, 1, solver});
+    EXPECT_EQ(factor(), first);
+  }
+}
+
+/// What goes wrong in a function that PETSc calls arrives as what it was.
+TEST(EigenSolvers, HandOnWhatTheirOperatorThrows) {
+  const auto mesh = box_mesh({0.02, 0.031, 0.053}, {2, 3, 5}, 2);
+  Body body(mesh, MPI_COMM_WORLD);
+  int solves = 0;
+  body.shifted = solvers::eigen::factor_shifted(
+      body.system, -0.02, solvers::eigen::plan_factors(body.system, body.comm), body.comm,
+      [&solves] {
+        if (++solves % 3 == 0) throw core::MemoryError("no more");
+      });
+  for (const auto solver : {solvers::modes::EigenSolver::block_lanczos,
+                            solvers::modes::EigenSolver::krylov_schur}) {
+    try {
+      body.lowest({20, 1e-12, 1, solver});
+      ADD_FAILURE() << "nothing was thrown";
+    } catch (const core::MemoryError& error) {
+      EXPECT_STREQ(error.what(), "no more");
+    }
+  }
 }
 
 TEST(EigenSolvers, DoNotDependOnTheSizeOfTheBasis) {

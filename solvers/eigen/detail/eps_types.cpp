@@ -86,13 +86,13 @@ PetscErrorCode set_up_lanczos(EPS eps) {
   PetscCheck(own.space.start, PetscObjectComm((PetscObject)eps), PETSC_ERR_ORDER,
              "The solver '%s' wants start vectors", ((PetscObject)eps)->type_name);
   const auto pairs = std::min(eps->nev, static_cast<PetscInt>(own.space.dimension));
-  if (eps->mpd != PETSC_DEFAULT) own.basis = eps->mpd;
-  if (eps->ncv != PETSC_DEFAULT && eps->mpd == PETSC_DEFAULT) own.basis = eps->ncv;
-  if (own.basis == 0) {
+  // What is not set is negative, by one constant or another from version to version.
+  own.basis = eps->mpd > 0 ? eps->mpd : eps->ncv;
+  if (own.basis <= 0) {
     own.basis = static_cast<PetscInt>(lanczos_basis(own.space.dimension, pairs, own.block));
   }
   eps->mpd = own.basis;
-  if (eps->max_it == PETSC_DEFAULT) eps->max_it = LanczosOptions().max_restarts;
+  if (eps->max_it <= 0) eps->max_it = LanczosOptions().max_restarts;
   // A block brings some more than are wanted.
   PetscCall(set_up_pairs(eps, pairs + own.block));
   PetscFunctionReturn(0);

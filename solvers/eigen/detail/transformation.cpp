@@ -145,6 +145,7 @@ int duplicate(Mat matrix, MatDuplicateOption, Mat* out) {
 struct Factor {
   Inverse inverse;
   std::function<void()> before_solve;
+  double entries = 0;
 };
 
 template <class Values>
@@ -160,16 +161,23 @@ int factorise(Mat factor, Mat matrix, const MatFactorInfo*) {
   return libraries::guarded([&] {
     const auto& of = *context_of<SystemMatrix>(matrix);
     const auto comm = PetscObjectComm(reinterpret_cast<PetscObject>(matrix));
-    *context_of<Factor>(factor) = {factored_inverse(*of.system, of.shift, *of.plan, comm),
-                                   of.before_solve};
+    auto& own = *context_of<Factor>(factor);
+    own.before_solve = of.before_solve;
+    own.inverse = factored_inverse(*of.system, of.shift, *of.plan, comm);
+    if (const auto& structure = of.plan->structure) {
+      own.entries = static_cast<double>(structure->size().entries);
+    }
   });
 }
 
 int plan_is_there(Mat, Mat, IS, const MatFactorInfo*) { return 0; }
 
-int tell_nothing(Mat, MatInfoType, MatInfo* info) {
-  *info = MatInfo{};
-  return 0;
+/// What is known of a factor's entries; MUMPS' are not.
+int tell_entries(Mat factor, MatInfoType, MatInfo* info) {
+  return libraries::guarded([&] {
+    *info = MatInfo{};
+    info->nz_used = info->nz_allocated = context_of<Factor>(factor)->entries;
+  });
 }
 
 int package_of(Mat, MatSolverType* type) {
@@ -187,7 +195,7 @@ int make_factor(Mat matrix, MatFactorType type, Mat* out) {
     set_operation(factor.get(), MATOP_CHOLESKY_FACTOR_NUMERIC, factorise);
     set_operation(factor.get(), MATOP_SOLVE, solve<Vec>);
     set_operation(factor.get(), MATOP_MAT_SOLVE, solve<Mat>);
-    set_operation(factor.get(), MATOP_GETINFO, tell_nothing);
+    set_operation(factor.get(), MATOP_GETINFO, tell_entries);
     libraries::check(PetscObjectComposeFunction(reinterpret_cast<PetscObject>(factor.get()),
                                                 "MatFactorGetSolverType_C", package_of));
     libraries::check(MatSetFactorType(factor.get(), type));
@@ -238,6 +246,8 @@ Transformation begin(double shift, MPI_Comm comm) {
   Transformation st(raw, [](ST made) { STDestroy(&made); });
   libraries::check(STSetType(raw, STSINVERT));
   libraries::check(STSetShift(raw, shift));
+  // As an EPS with this target sets it, which would otherwise undo what is set up.
+  libraries::check(STSetDefaultShift(raw, shift));
   libraries::check(STSetTransform(raw, PETSC_TRUE));
   libraries::check(KSPSetType(solver_of(raw), KSPPREONLY));
   return st;
