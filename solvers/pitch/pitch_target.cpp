@@ -36,6 +36,8 @@ constexpr double min_gain = 0.9;
 /// suspected.
 constexpr double poor_gain = 0.6;
 constexpr int max_edge_layers = 4;
+/// Predictions of another order are right within this factor (predicted_error).
+constexpr double order_factor = 2;
 /// Meshes that come out larger than the unknowns allowed by more than this are not solved.
 constexpr double slack = 1.25;
 constexpr int max_refusals = 4;
@@ -246,7 +248,8 @@ class Search {
   void learn(double before, const PitchStep& step, const MeshSize& made) {
     const double now = step.worst_cents;
     const double coarser = std::sqrt(std::max(1.0, planned_.elements / made.elements));
-    const double factor = coarser * planned_.element_size / best_.element_size;
+    double factor = coarser * planned_.element_size / best_.element_size;
+    if (step.automatic_size) factor = std::max(factor, made.element_size / best_.element_size);
     if (!step.automatic_size) asked_size_ /= coarser;
     const double promised = std::log(before / predicted(before, planned_.order, factor));
     if (promised < 0.2) return;
@@ -257,7 +260,10 @@ class Search {
       ++edge_layers_;
       return;
     }
-    trust_ = std::clamp(trust_ * gained / promised, 0.15, 1.0);
+    // From one order to the next a prediction may be off by its factor, which says nothing of how
+    // errors fall with the size.
+    const double allowed = planned_.order == best_.order ? 0 : std::log(order_factor);
+    trust_ = std::clamp(trust_ * (gained + allowed) / promised, 0.15, 1.0);
   }
 
   const PitchStep& best_step() const { return result_.report.steps[result_.report.chosen]; }
