@@ -115,6 +115,20 @@ TEST(Families, SameShapeSameBytes) {
     }
 }
 
+/// Triangles of order 4 are as wide as a handle: all three corners on its round end leave one flat.
+TEST(Families, WrenchesHaveNoFlatCorners) {
+  const auto& family = solvers::families::find_family("wrench");
+  for (std::uint64_t seed = 0; seed < 80; ++seed) {
+    core::RandomStream random(seed, 0, family.name);
+    auto shape = shape_at(family);
+    for (const auto& p : family.parameters)
+      shape.parameters[p.name] = random.uniform(p.low, p.high);
+    for (const int order : {3, 4}) {
+      EXPECT_EQ(mesh_faults(mesh_of(shape, order).mesh), "") << "seed " << seed << " of " << order;
+    }
+  }
+}
+
 /// Least dihedral angle [degrees] of families that are swept, and of those that Gmsh fills.
 double min_dihedral(const std::string& family) {
   return family == "turned" ? 0.5 : 2.0;

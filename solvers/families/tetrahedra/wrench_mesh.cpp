@@ -98,11 +98,111 @@ double enclosed_area(const std::vector<OutlinePiece>& outline) {
   return twice / 2;
 }
 
+using Triangle = std::array<std::int32_t, 3>;
+using Edge = std::pair<std::int32_t, std::int32_t>;
+
+/// Edges of a triangulated region along its outline: which piece each is of.
+struct OutlineEdges {
+  const std::vector<OutlinePiece>& outline;
+  const std::vector<Vec2>& points;
+  std::map<Edge, std::size_t> piece;
+
+  /// Where an edge begins at one of its ends; nothing inside the region.
+  std::optional<Vec2> direction(std::int32_t from, std::int32_t to) const {
+    const auto found = piece.find(std::minmax(from, to));
+    if (found == piece.end()) return std::nullopt;
+    const auto& own = outline[found->second];
+    const Vec2& start = points[static_cast<std::size_t>(from)];
+    const double u = own.coordinate(start);
+    const double along = own.coordinate(points[static_cast<std::size_t>(to)]) - u;
+    return (own.point(u + 1e-4 * along) - own.point(u)).normalized();
+  }
+
+  /// The corner of a triangle between two edges that go on into one another, if there is one: with
+  /// curved edges it is flat.
+  std::optional<std::size_t> flat_corner(const Triangle& triangle) const {
+    constexpr double flat = -0.9;  // cosine
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto one = direction(triangle[i], triangle[(i + 1) % 3]);
+      const auto other = direction(triangle[i], triangle[(i + 2) % 3]);
+      if (one && other && one->dot(*other) < flat) return i;
+    }
+    return std::nullopt;
+  }
+};
+
+/// Parts flat corners by flipping the edges opposite to them: coarse triangles have all three corners
+/// on one arc where the region is narrow.
+class CornerParting {
+ public:
+  CornerParting(const OutlineEdges& edges, std::vector<Triangle>& triangles)
+      : edges_(edges), triangles_(triangles) {}
+
+  void run() {
+    // An arc's triangles may hang on one another, one flip making room for the next.
+    constexpr int max_passes = 12;
+    bool changed = true;
+    for (int pass = 0; changed && pass < max_passes; ++pass) {
+      changed = false;
+      for (std::size_t t = 0; t < triangles_.size(); ++t) {
+        if (const auto corner = edges_.flat_corner(triangles_[t]))
+          changed = flip(t, *corner) || flip_beyond(t, *corner) || changed;
+      }
+    }
+  }
+
+ private:
+  double area(const Triangle& t) const {
+    const auto at = [&](std::size_t i) { return edges_.points[static_cast<std::size_t>(t[i])]; };
+    const Vec2 a = at(1) - at(0), b = at(2) - at(0);
+    return a.x() * b.y() - a.y() * b.x();
+  }
+
+  /// The triangle beside another one, opposite to a corner, and its corner there.
+  std::optional<std::pair<std::size_t, std::size_t>> beside(std::size_t t,
+                                                            std::size_t corner) const {
+    const auto from = triangles_[t][(corner + 1) % 3], to = triangles_[t][(corner + 2) % 3];
+    for (std::size_t other = 0; other < triangles_.size(); ++other)
+      for (std::size_t i = 0; i < 3; ++i)
+        if (triangles_[other][(i + 1) % 3] == to && triangles_[other][(i + 2) % 3] == from)
+          return std::pair(other, i);
+    return std::nullopt;
+  }
+
+  /// Flips the edge opposite to a corner unless that leaves another flat corner or next to no area.
+  bool flip(std::size_t t, std::size_t corner) {
+    constexpr double min_share = 0.05;
+    const auto other = beside(t, corner);
+    if (!other) return false;
+    const auto at = triangles_[t][corner], across = triangles_[other->first][other->second];
+    const Triangle one = {at, triangles_[t][(corner + 1) % 3], across};
+    const Triangle two = {at, across, triangles_[t][(corner + 2) % 3]};
+    const double enough = min_share * (area(one) + area(two));
+    if (area(one) < enough || area(two) < enough || edges_.flat_corner(one) ||
+        edges_.flat_corner(two))
+      return false;
+    triangles_[t] = one;
+    triangles_[other->first] = two;
+    return true;
+  }
+
+  /// Flips another edge of the triangle opposite to a corner.
+  bool flip_beyond(std::size_t t, std::size_t corner) {
+    const auto other = beside(t, corner);
+    if (!other) return false;
+    const auto [neighbour, own] = *other;
+    return flip(neighbour, (own + 1) % 3) || flip(neighbour, (own + 2) % 3);
+  }
+
+  const OutlineEdges& edges_;
+  std::vector<Triangle>& triangles_;
+};
+
 /// Triangles of the region with edges of about `cell`, curved edges by the pieces' formulas.
 PlanarGrid triangulate(const std::vector<OutlinePiece>& outline, double cell) {
   PlanarGrid grid;
   std::vector<Vec2> points;
-  std::map<std::pair<std::int32_t, std::int32_t>, std::size_t> piece_of_edge;
+  std::map<Edge, std::size_t> piece_of_edge;
   mesh::tetrahedra::with_gmsh("triangles of an outline", [&] {
     mesh::tetrahedra::GmshModel model;
     std::vector<int> corners, curves;
@@ -165,6 +265,8 @@ PlanarGrid triangulate(const std::vector<OutlinePiece>& outline, double cell) {
       auto& p = points[static_cast<std::size_t>(v)];
       p = outline[piece].point(std::clamp(outline[piece].coordinate(p), 0.0, 1.0));
     }
+  const OutlineEdges edges = {outline, points, piece_of_edge};
+  CornerParting(edges, grid.triangles).run();
   const auto triangles = grid.triangles;
   grid.point = [=](std::size_t t, const Eigen::Vector3d& b) -> Vec2 {
     const auto& corner = triangles[t];
