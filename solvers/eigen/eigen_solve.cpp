@@ -143,9 +143,9 @@ EigenPairs solved(EPS eps, Eigen::Index rows, PetscInt wanted, const char* remed
   if (found < wanted) {
     PetscInt iterations = 0;
     libraries::check(EPSGetIterationNumber(eps, &iterations));
-    throw core::SolverError(fmt::format("only {} of {} modes converged in {} iterations", found,
-                                        wanted, iterations),
-                            remedy);
+    throw core::SolverError(
+        fmt::format("only {} of {} modes converged in {} iterations", found, wanted, iterations),
+        remedy);
   }
   EigenPairs pairs;
   pairs.solver = solver_of(eps);

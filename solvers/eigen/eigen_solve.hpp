@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "solvers/assembly/assemble.hpp"
-#include "solvers/eigen/detail/transformation.hpp"
 #include "solvers/eigen/factor.hpp"
+#include "solvers/eigen/transformation.hpp"
 #include "solvers/modes/modes.hpp"
 
 namespace carillon::solvers::eigen {

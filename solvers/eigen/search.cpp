@@ -109,8 +109,8 @@ class Search {
     return std::min(wanted + rigid_ + spare_modes + more_, system_.free_unknowns());
   }
 
-  /// Ends the solve on every rank once the first one's clock has passed the limit; empty where there
-  /// is none. Refers to nothing of this search.
+  /// Ends the solve on every rank once the first one's clock has passed the limit; empty where
+  /// there is none. Refers to nothing of this search.
   std::function<void()> clock() const {
     if (options_.time.seconds <= 0) return {};
     return [comm = comm_, limit = options_.time] {
@@ -265,9 +265,8 @@ class Search {
     solved_seed_ = seed_;
     result_.pairs = EigenPairs();
     prepare();
-    mpi::agreed_in_group(comm_, [&] {
-      result_.pairs = methods_.lowest(system_, request, result_.shifted, comm_);
-    });
+    mpi::agreed_in_group(
+        comm_, [&] { result_.pairs = methods_.lowest(system_, request, result_.shifted, comm_); });
     result_.eigen_solver = result_.pairs.solver;
     judge();
   }

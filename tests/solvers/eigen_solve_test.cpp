@@ -150,8 +150,7 @@ TEST(EigenSolvers, AreChosenByOptionsOfPetsc) {
     const Body body(mesh, MPI_COMM_WORLD);
     Mat stiffness = nullptr;
     MatType type = nullptr;
-    solvers::libraries::check(
-        STGetMatrix(body.shifted.transformation.get(), 0, &stiffness));
+    solvers::libraries::check(STGetMatrix(body.shifted.transformation.get(), 0, &stiffness));
     solvers::libraries::check(MatGetType(stiffness, &type));
     EXPECT_STRNE(type, MATSHELL);
     EXPECT_LT(largest_difference(own, body.lowest(request), wanted), 1e-9);
@@ -180,13 +179,12 @@ TEST(EigenSolvers, FactorOnce) {
     solvers::libraries::check(STGetKSP(body.shifted.transformation.get(), &ksp));
     solvers::libraries::check(KSPGetPC(ksp, &pc));
     solvers::libraries::check(PCFactorGetMatrix(pc, &matrix));
-    solvers::libraries::check(
-        PetscObjectStateGet(reinterpret_cast<PetscObject>(matrix), &state));
+    solvers::libraries::check(PetscObjectStateGet(reinterpret_cast<PetscObject>(matrix), &state));
     return std::pair(matrix, state);
   };
   const auto first = factor();
-  for (const auto solver : {solvers::modes::EigenSolver::block_lanczos,
-                            solvers::modes::EigenSolver::krylov_schur}) {
+  for (const auto solver :
+       {solvers::modes::EigenSolver::block_lanczos, solvers::modes::EigenSolver::krylov_schur}) {
     body.lowest({20, 1e-12, 1, solver});
     EXPECT_EQ(factor(), first);
   }
@@ -202,8 +200,8 @@ TEST(EigenSolvers, HandOnWhatTheirOperatorThrows) {
       [&solves] {
         if (++solves % 3 == 0) throw core::MemoryError("no more");
       });
-  for (const auto solver : {solvers::modes::EigenSolver::block_lanczos,
-                            solvers::modes::EigenSolver::krylov_schur}) {
+  for (const auto solver :
+       {solvers::modes::EigenSolver::block_lanczos, solvers::modes::EigenSolver::krylov_schur}) {
     try {
       body.lowest({20, 1e-12, 1, solver});
       ADD_FAILURE() << "nothing was thrown";

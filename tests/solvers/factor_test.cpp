@@ -10,8 +10,8 @@
 #include "core/error.hpp"
 #include "solve.hpp"
 #include "solvers/assembly/products.hpp"
-#include "solvers/eigen/detail/transformation.hpp"
 #include "solvers/eigen/eigen_solve.hpp"
+#include "solvers/eigen/transformation.hpp"
 #include "test_meshes.hpp"
 
 namespace carillon {

@@ -22,8 +22,8 @@ struct LanczosProblem {
   std::function<void(const ConstBlock& x, Block out)> mass;  ///< M x
   /// Fills start vectors: the `number`-th of an endless row of them, alike on any number of ranks.
   std::function<void(int number, Eigen::Ref<Eigen::VectorXd> out)> start;
-  /// Hears after each look at the projected problem: restarts so far, how many converged, the values
-  /// (descending, locked ones first) and their residuals. May be empty.
+  /// Hears after each look at the projected problem: restarts so far, how many converged, the
+  /// values (descending, locked ones first) and their residuals. May be empty.
   std::function<void(int restarts, Eigen::Index converged, const Eigen::VectorXd& values,
                      const Eigen::VectorXd& residuals)>
       monitor = {};

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "solvers/eigen/detail/block_lanczos.hpp"
-#include "solvers/eigen/detail/transformation.hpp"
+#include "solvers/eigen/transformation.hpp"
 
 namespace carillon::solvers::eigen {
 namespace {
@@ -22,6 +22,14 @@ struct BlockLanczos {
 struct Lobpcg {
   std::function<LobpcgResult()> solve;
 };
+
+MPI_Comm comm_of(EPS eps) {
+  return PetscObjectComm(reinterpret_cast<PetscObject>(eps));
+}
+
+const char* type_of(EPS eps) {
+  return reinterpret_cast<PetscObject>(eps)->type_name;
+}
 
 template <class Data>
 Data& data_of(EPS eps) {
@@ -43,9 +51,8 @@ PetscErrorCode set_up_pairs(EPS eps, PetscInt pairs) {
   EPSCheckUnsupported(eps, EPS_FEATURE_BALANCE | EPS_FEATURE_ARBITRARY | EPS_FEATURE_REGION |
                                EPS_FEATURE_EXTRACTION | EPS_FEATURE_CONVERGENCE |
                                EPS_FEATURE_STOPPING | EPS_FEATURE_TWOSIDED);
-  PetscCheck(eps->which == EPS_TARGET_MAGNITUDE, PetscObjectComm((PetscObject)eps), PETSC_ERR_SUP,
-             "The solver '%s' finds the pairs next to a target only",
-             ((PetscObject)eps)->type_name);
+  PetscCheck(eps->which == EPS_TARGET_MAGNITUDE, comm_of(eps), PETSC_ERR_SUP,
+             "The solver '%s' finds the pairs next to a target only", type_of(eps));
   eps->ncv = std::min(pairs, eps->n);
   PetscCall(EPSAllocateSolution(eps, 0));
   PetscFunctionReturn(0);
@@ -83,8 +90,8 @@ PetscErrorCode let_go(EPS eps) {
 PetscErrorCode set_up_lanczos(EPS eps) {
   auto& own = data_of<BlockLanczos>(eps);
   PetscFunctionBegin;
-  PetscCheck(own.space.start, PetscObjectComm((PetscObject)eps), PETSC_ERR_ORDER,
-             "The solver '%s' wants start vectors", ((PetscObject)eps)->type_name);
+  PetscCheck(own.space.start, comm_of(eps), PETSC_ERR_ORDER, "The solver '%s' wants start vectors",
+             type_of(eps));
   const auto pairs = std::min(eps->nev, static_cast<PetscInt>(own.space.dimension));
   // What is not set is negative, by one constant or another from version to version.
   own.basis = eps->mpd > 0 ? eps->mpd : eps->ncv;
@@ -118,7 +125,7 @@ int solve_lanczos(EPS eps) {
     LanczosProblem problem;
     problem.owned = eps->nloc;
     problem.total = own.space.dimension;
-    problem.comm = PetscObjectComm(reinterpret_cast<PetscObject>(eps));
+    problem.comm = comm_of(eps);
     problem.apply = inverse_of(transformation);
     problem.mass = mass_of(transformation);
     problem.start = own.space.start;
@@ -178,8 +185,8 @@ PetscErrorCode make_lanczos(EPS eps) {
 
 PetscErrorCode set_up_lobpcg(EPS eps) {
   PetscFunctionBegin;
-  PetscCheck(data_of<Lobpcg>(eps).solve, PetscObjectComm((PetscObject)eps), PETSC_ERR_ORDER,
-             "The solver '%s' wants a preconditioner", ((PetscObject)eps)->type_name);
+  PetscCheck(data_of<Lobpcg>(eps).solve, comm_of(eps), PETSC_ERR_ORDER,
+             "The solver '%s' wants a preconditioner", type_of(eps));
   PetscCall(set_up_pairs(eps, eps->nev));
   PetscFunctionReturn(0);
 }

@@ -34,8 +34,8 @@ struct BlockLanczosSpace {
 /// Does nothing to an EPS of another type, as EPSXxxSet functions do.
 void set_space(EPS eps, BlockLanczosSpace space);
 
-/// What an EPS of type lobpcg_type runs: the preconditioner, the start vectors and the rigid motions
-/// that are set apart are the function's own. Likewise does nothing to another type.
+/// What an EPS of type lobpcg_type runs: the preconditioner, the start vectors and the rigid
+/// motions that are set apart are the function's own. Likewise does nothing to another type.
 void set_solve(EPS eps, std::function<LobpcgResult()> solve);
 
 }  // namespace carillon::solvers::eigen

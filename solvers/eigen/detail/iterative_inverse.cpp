@@ -30,10 +30,11 @@ ShiftedSystem iterative_shifted(const mesh::TetMesh& mesh,
   };
   // Curved elements of a lower order know rotations only nearly, and the energy of rigid motions
   // under K - shift M is next to nothing.
-  shifted.preconditioner = [levels, rigid, before_cycle = options.before_cycle](const Eigen::Ref<const Eigen::MatrixXd>& right,
-                                           // Written through:
-                                           // NOLINTNEXTLINE(performance-unnecessary-value-param)
-                                           Eigen::Ref<Eigen::MatrixXd> solution) {
+  shifted.preconditioner = [levels, rigid, before_cycle = options.before_cycle](
+                               const Eigen::Ref<const Eigen::MatrixXd>& right,
+                               // Written through:
+                               // NOLINTNEXTLINE(performance-unnecessary-value-param)
+                               Eigen::Ref<Eigen::MatrixXd> solution) {
     if (before_cycle) before_cycle();
     levels->cycle(0, right, solution);
     rigid->add(right, solution);
@@ -44,22 +45,22 @@ ShiftedSystem iterative_shifted(const mesh::TetMesh& mesh,
   shifted.coarse_factor = levels->factor_bytes();
   shifted.rigid = rigid_basis(system, RigidMotions(mesh, system, component), comm);
   const auto& preconditioner = shifted.preconditioner;
-  const Inverse inverse = [product, preconditioner, rigid, comm, cg = CgOptions{options.tolerance, 2000}](
-                        const Eigen::Ref<const Eigen::MatrixXd>& right,
-                        Eigen::Ref<Eigen::MatrixXd> solution) {
-    // Rigid motions answer far more strongly than all else: solved for by themselves, before and
-    // after, they leave a tolerance that is relative to the vibrations.
-    solution.setZero();
-    rigid->add(right, solution);
-    Eigen::MatrixXd residual(right.rows(), right.cols()), vibration(right.rows(), right.cols());
-    product(solution, residual);
-    residual = right - residual;
-    conjugate_gradients(product, preconditioner, cg, residual, vibration, comm);
-    solution += vibration;
-    product(solution, residual);
-    residual = right - residual;
-    rigid->add(residual, solution);
-  };
+  const Inverse inverse =
+      [product, preconditioner, rigid, comm, cg = CgOptions{options.tolerance, 2000}](
+          const Eigen::Ref<const Eigen::MatrixXd>& right, Eigen::Ref<Eigen::MatrixXd> solution) {
+        // Rigid motions answer far more strongly than all else: solved for by themselves, before
+        // and after, they leave a tolerance that is relative to the vibrations.
+        solution.setZero();
+        rigid->add(right, solution);
+        Eigen::MatrixXd residual(right.rows(), right.cols()), vibration(right.rows(), right.cols());
+        product(solution, residual);
+        residual = right - residual;
+        conjugate_gradients(product, preconditioner, cg, residual, vibration, comm);
+        solution += vibration;
+        product(solution, residual);
+        residual = right - residual;
+        rigid->add(residual, solution);
+      };
   shifted.transformation = given_transformation(system, shift, inverse, comm);
   shifted.inverse = inverse_of(shifted.transformation);
   return shifted;

@@ -131,8 +131,8 @@ struct OutlineEdges {
   }
 };
 
-/// Parts flat corners by flipping the edges opposite to them: coarse triangles have all three corners
-/// on one arc where the region is narrow.
+/// Parts flat corners by flipping the edges opposite to them: coarse triangles have all three
+/// corners on one arc where the region is narrow.
 class CornerParting {
  public:
   CornerParting(const OutlineEdges& edges, std::vector<Triangle>& triangles)

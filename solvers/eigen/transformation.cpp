@@ -1,4 +1,4 @@
-#include "solvers/eigen/detail/transformation.hpp"
+#include "solvers/eigen/transformation.hpp"
 
 #include <array>
 #include <stdexcept>
@@ -75,9 +75,8 @@ PetscErrorCode on_values(Mat right, Mat solution, const Apply& apply) {
   PetscCall(MatDenseGetArrayRead(right, &from));
   PetscCall(MatDenseGetArrayWrite(solution, &to));
   const int failed = libraries::guarded([&] {
-    apply(
-        Eigen::Map<const Eigen::MatrixXd, 0, Stride>(from, rows, columns, Stride(from_stride)),
-        Eigen::Map<Eigen::MatrixXd, 0, Stride>(to, rows, columns, Stride(to_stride)));
+    apply(Eigen::Map<const Eigen::MatrixXd, 0, Stride>(from, rows, columns, Stride(from_stride)),
+          Eigen::Map<Eigen::MatrixXd, 0, Stride>(to, rows, columns, Stride(to_stride)));
   });
   PetscCall(MatDenseRestoreArrayWrite(solution, &to));
   PetscCall(MatDenseRestoreArrayRead(right, &from));
@@ -86,8 +85,7 @@ PetscErrorCode on_values(Mat right, Mat solution, const Apply& apply) {
 
 template <class Function>
 void set_operation(Mat matrix, MatOperation operation, Function* function) {
-  libraries::check(
-      MatShellSetOperation(matrix, operation, reinterpret_cast<void (*)()>(function)));
+  libraries::check(MatShellSetOperation(matrix, operation, reinterpret_cast<void (*)()>(function)));
 }
 
 /// A shell matrix of this rank's rows that owns its context.
@@ -97,9 +95,9 @@ MatHandle make_shell(MPI_Comm comm, PetscInt rows, std::unique_ptr<Context> cont
   libraries::check(MatCreateShell(comm, rows, rows, PETSC_DETERMINE, PETSC_DETERMINE, context.get(),
                                   matrix.put()));
   static_cast<void>(context.release());  // the matrix has it
-  set_operation(matrix.get(), MATOP_DESTROY, +[](Mat shell) {
-    return libraries::guarded([&] { delete context_of<Context>(shell); });
-  });
+  set_operation(
+      matrix.get(), MATOP_DESTROY,
+      +[](Mat shell) { return libraries::guarded([&] { delete context_of<Context>(shell); }); });
   return matrix;
 }
 
@@ -170,7 +168,9 @@ int factorise(Mat factor, Mat matrix, const MatFactorInfo*) {
   });
 }
 
-int plan_is_there(Mat, Mat, IS, const MatFactorInfo*) { return 0; }
+int plan_is_there(Mat, Mat, IS, const MatFactorInfo*) {
+  return 0;
+}
 
 /// What is known of a factor's entries; MUMPS' are not.
 int tell_entries(Mat factor, MatInfoType, MatInfo* info) {
@@ -356,10 +356,9 @@ Inverse mass_of(const Transformation& transformation) {
     MatHandle product;
     libraries::check(
         MatMatMult(mass, from.get(), MAT_INITIAL_MATRIX, PETSC_DEFAULT, product.put()));
-    libraries::check(on_values(product.get(), dense_of(comm, out.rows(), out.cols(),
-                                                       out.outerStride(), out.data())
-                                                  .get(),
-                               [](const ConstColumns& from, Columns to) { to = from; }));
+    libraries::check(on_values(
+        product.get(), dense_of(comm, out.rows(), out.cols(), out.outerStride(), out.data()).get(),
+        [](const ConstColumns& from, Columns to) { to = from; }));
   };
 }
 
