@@ -114,6 +114,7 @@ modes::EigenSolver solver_of(EPS eps) {
   const std::string_view name = type;
   if (name == block_lanczos_type) return modes::EigenSolver::block_lanczos;
   if (name == EPSKRYLOVSCHUR) return modes::EigenSolver::krylov_schur;
+  if (name == EPSLAPACK) return modes::EigenSolver::dense;
   return name == lobpcg_type ? modes::EigenSolver::lobpcg : modes::EigenSolver::slepc;
 }
 
@@ -132,6 +133,18 @@ EpsHandle make_eps(const ShiftedSystem& shifted, EPSType type, int pairs, double
   libraries::check(EPSSetTolerances(eps.get(), tolerance, PETSC_DEFAULT));
   libraries::check(EPSSetPurify(eps.get(), PETSC_FALSE));
   return eps;
+}
+
+/// Lets options choose among solvers; the pairs that are sought are not theirs to choose.
+void read_options(EPS eps, const ShiftedSystem& shifted) {
+  libraries::check(EPSSetFromOptions(eps));
+  double target = 0;
+  EPSWhich which = EPS_TARGET_MAGNITUDE;
+  libraries::check(EPSGetTarget(eps, &target));
+  libraries::check(EPSGetWhichEigenpairs(eps, &which));
+  if (target == shifted.shift && which == EPS_TARGET_MAGNITUDE) return;
+  throw core::InputError("PETSC_OPTIONS asks for other eigenvalues than the lowest",
+                         "leave out -eps_target and -eps_smallest_real and the like");
 }
 
 /// Pairs that an EPS finds, ascending.
@@ -180,7 +193,7 @@ EigenPairs shift_inverted(const assembly::System& system, const EigenRequest& re
   const auto first = wrap(comm, start.data(), system.owned_unknowns());
   Vec space = first.get();
   libraries::check(EPSSetInitialSpace(eps.get(), 1, &space));
-  libraries::check(EPSSetFromOptions(eps.get()));
+  read_options(eps.get(), shifted);
   set_space(eps.get(), {system.free_unknowns(),
                         // Written through: NOLINTNEXTLINE(performance-unnecessary-value-param)
                         [&](int number, Eigen::Ref<Eigen::VectorXd> out) {
@@ -208,15 +221,16 @@ EigenPairs preconditioned(const assembly::System& system, const EigenRequest& re
                                  rigid,
                                  mass_rigid,
                                  comm};
-  LobpcgOptions options;
-  options.pairs = wanted;
-  options.tolerance = request.tolerance;
   const auto eps = make_eps(shifted, lobpcg_type, wanted, request.tolerance, comm);
-  libraries::check(EPSSetFromOptions(eps.get()));
+  read_options(eps.get(), shifted);
   if (solver_of(eps.get()) != modes::EigenSolver::lobpcg) {
     return shift_inverted(system, request, shifted, comm);
   }
-  set_solve(eps.get(), [&] {
+  set_solve(eps.get(), [&](double tolerance, int max_iterations) {
+    LobpcgOptions options;
+    options.pairs = wanted;
+    options.tolerance = tolerance;
+    options.max_iterations = max_iterations;
     auto start = shifted.near_modes(guarded, request.seed);
     const auto known = std::min(request.start.cols(), start.cols());
     start.leftCols(known) = request.start.leftCols(known);
@@ -310,7 +324,6 @@ void dense(const assembly::System& system, const EigenRequest& request, double s
   libraries::check(EPSSetFromOptions(eps.get()));
   pairs = solved(eps.get(), n, wanted, "the mesh may have elements that are nearly flat",
                  PETSC_COMM_SELF);
-  pairs.solver = modes::EigenSolver::dense;
   const Eigen::Index kept = std::min<Eigen::Index>(wanted, pairs.vectors.cols());
   pairs.vectors.conservativeResize(Eigen::NoChange, kept);
   pairs.values.resize(static_cast<std::size_t>(kept));

@@ -1,10 +1,13 @@
 #include "solvers/eigen/transformation.hpp"
 
+#include <petsc/private/petscimpl.h>  // PetscObjectStateIncrease
+
 #include <array>
 #include <stdexcept>
 #include <string_view>
 #include <utility>
 
+#include "core/error.hpp"
 #include "solvers/assembly/products.hpp"
 
 namespace carillon::solvers::eigen {
@@ -25,6 +28,7 @@ struct SystemMatrix {
   std::shared_ptr<const FactorPlan> plan = {};  ///< null where no factor is made
   std::function<void()> before_solve = {};      ///< of a factor
 
+  // Written through: NOLINTNEXTLINE(performance-unnecessary-value-param)
   void multiply(const ConstColumns& x, Columns out) const {
     if (is_mass) {
       products->mass(x, out);
@@ -52,8 +56,9 @@ PetscErrorCode on_values(Vec right, Vec solution, const Apply& apply) {
   PetscCall(VecGetArrayRead(right, &from));
   PetscCall(VecGetArrayWrite(solution, &to));
   const int failed = libraries::guarded([&] {
-    apply(Eigen::Map<const Eigen::MatrixXd>(from, rows, 1),
-          Eigen::Map<Eigen::MatrixXd>(to, rows, 1));
+    const Eigen::Map<const Eigen::MatrixXd> in(from, rows, 1);
+    Eigen::Map<Eigen::MatrixXd> out(to, rows, 1);
+    apply(in, out);
   });
   PetscCall(VecRestoreArrayWrite(solution, &to));
   PetscCall(VecRestoreArrayRead(right, &from));
@@ -75,8 +80,9 @@ PetscErrorCode on_values(Mat right, Mat solution, const Apply& apply) {
   PetscCall(MatDenseGetArrayRead(right, &from));
   PetscCall(MatDenseGetArrayWrite(solution, &to));
   const int failed = libraries::guarded([&] {
-    apply(Eigen::Map<const Eigen::MatrixXd, 0, Stride>(from, rows, columns, Stride(from_stride)),
-          Eigen::Map<Eigen::MatrixXd, 0, Stride>(to, rows, columns, Stride(to_stride)));
+    const Eigen::Map<const Eigen::MatrixXd, 0, Stride> in(from, rows, columns, Stride(from_stride));
+    Eigen::Map<Eigen::MatrixXd, 0, Stride> out(to, rows, columns, Stride(to_stride));
+    apply(in, out);
   });
   PetscCall(MatDenseRestoreArrayWrite(solution, &to));
   PetscCall(MatDenseRestoreArrayRead(right, &from));
@@ -102,7 +108,7 @@ MatHandle make_shell(MPI_Comm comm, PetscInt rows, std::unique_ptr<Context> cont
 }
 
 int multiply(Mat matrix, Vec x, Vec out) {
-  return on_values(x, out, [&](const ConstColumns& in, Columns product) {
+  return on_values(x, out, [&](const auto& in, auto& product) {
     context_of<SystemMatrix>(matrix)->multiply(in, product);
   });
 }
@@ -116,6 +122,7 @@ int add_multiple(Mat matrix, PetscScalar factor, Mat other, MatStructure) {
       throw std::logic_error("only M is added to K - shift M");
     }
     context_of<SystemMatrix>(matrix)->shift -= factor;
+    libraries::check(PetscObjectStateIncrease(reinterpret_cast<PetscObject>(matrix)));
   });
 }
 
@@ -148,7 +155,7 @@ struct Factor {
 
 template <class Values>
 int solve(Mat factor, Values right, Values solution) {
-  return on_values(right, solution, [&](const ConstColumns& from, Columns to) {
+  return on_values(right, solution, [&](const auto& from, auto& to) {
     const auto& own = *context_of<Factor>(factor);
     if (own.before_solve) own.before_solve();
     own.inverse(from, to);
@@ -264,11 +271,29 @@ bool is_own(ST st, PCType type) {
   return solver != nullptr && std::string_view(solver) == package;
 }
 
+/// What is done with modes relies on (K - sigma M)^-1 of the shift that was chosen.
+void refuse_other_transformation(ST st, double shift) {
+  PetscBool is_inverse = PETSC_FALSE;
+  auto* const object = reinterpret_cast<PetscObject>(st);
+  libraries::check(PetscObjectTypeCompare(object, STSINVERT, &is_inverse));
+  STMatMode mode = ST_MATMODE_COPY;
+  libraries::check(STGetMatMode(st, &mode));
+  double found = 0;
+  libraries::check(STGetShift(st, &found));
+  if (is_inverse == PETSC_TRUE && mode == ST_MATMODE_COPY && found == shift) return;
+  throw core::InputError(
+      "PETSC_OPTIONS asks for another spectral transformation than shift-invert about the shift "
+      "that is chosen here",
+      "leave out -st_type, -st_shift and -st_matmode");
+}
+
 /// Reads the options, gives the transformation its matrices and makes it ready.
 ///
-/// @param matrix  K
+/// @param matrix  K, with the transformation's shift
 void finish(ST st, PCType type, SystemMatrix matrix, MPI_Comm comm) {
   libraries::check(STSetFromOptions(st));
+  refuse_other_transformation(st, matrix.shift);
+  matrix.shift = 0;
   MatHandle stiffness, mass;
   if (is_own(st, type)) {
     mass = make_matrix({matrix.system, matrix.products, true}, comm);
@@ -305,6 +330,7 @@ Transformation factored_transformation(const assembly::System& system, double sh
   libraries::check(PCSetType(pc, PCCHOLESKY));
   libraries::check(PCFactorSetMatSolverType(pc, package));
   SystemMatrix stiffness = {&system, std::make_shared<const assembly::Products>(system, comm)};
+  stiffness.shift = shift;
   stiffness.plan = std::make_shared<const FactorPlan>(plan);
   stiffness.before_solve = std::move(before_solve);
   finish(st.get(), PCCHOLESKY, std::move(stiffness), comm);
@@ -321,12 +347,13 @@ Transformation given_transformation(const assembly::System& system, double shift
   libraries::check(PCShellSetApply(pc, apply_given<Vec>));
   libraries::check(PCShellSetMatApply(pc, apply_given<Mat>));
   libraries::check(PCShellSetName(pc, "conjugate gradients with a multigrid cycle"));
-  finish(st.get(), PCSHELL, {&system, std::make_shared<const assembly::Products>(system, comm)},
-         comm);
+  finish(st.get(), PCSHELL,
+         {&system, std::make_shared<const assembly::Products>(system, comm), false, shift}, comm);
   return st;
 }
 
 Inverse inverse_of(const Transformation& transformation) {
+  // Written through: NOLINTNEXTLINE(performance-unnecessary-value-param)
   return [transformation](const ConstColumns& right, Columns solution) {
     auto* const st = transformation.get();
     const auto comm = PetscObjectComm(reinterpret_cast<PetscObject>(st));
@@ -349,6 +376,7 @@ Inverse mass_of(const Transformation& transformation) {
     return [transformation, products = context_of<SystemMatrix>(mass)->products](
                const ConstColumns& x, Columns out) { products->mass(x, out); };
   }
+  // Written through: NOLINTNEXTLINE(performance-unnecessary-value-param)
   return [transformation, mass](const ConstColumns& x, Columns out) {
     const auto comm = PetscObjectComm(reinterpret_cast<PetscObject>(mass));
     const auto from =
@@ -358,7 +386,7 @@ Inverse mass_of(const Transformation& transformation) {
         MatMatMult(mass, from.get(), MAT_INITIAL_MATRIX, PETSC_DEFAULT, product.put()));
     libraries::check(on_values(
         product.get(), dense_of(comm, out.rows(), out.cols(), out.outerStride(), out.data()).get(),
-        [](const ConstColumns& from, Columns to) { to = from; }));
+        [](const auto& from, auto& to) { to = from; }));
   };
 }
 

@@ -19,11 +19,13 @@ using Transformation = std::shared_ptr<std::remove_pointer_t<ST>>;
 /// straight from the System's rows; the factor is PETSc's solver package "carillon" for them
 /// (CHOLMOD on one rank, MUMPS on a group, METIS' order), which solves for many columns at a time
 /// (MatMatSolve). Options in PETSC_OPTIONS that ask for another preconditioner or package
-/// (-st_ksp_type, -st_pc_type, -st_pc_factor_mat_solver_type) get assembled matrices.
+/// (-st_pc_type, -st_pc_factor_mat_solver_type) get assembled matrices.
 ///
 /// @param system        is referred to and must live as long
-/// @param before_solve  is called before each solve; may throw, alike on every rank
+/// @param before_solve  is called before each solve with this factor; may throw, alike on every
+/// rank
 /// @throws core::SolverError  not positive definite, or out of memory
+/// @throws core::InputError   options ask for another transformation, shift or mode of matrices
 /// @note Collective on comm, as are all solves.
 Transformation factored_transformation(const assembly::System& system, double shift,
                                        const FactorPlan& plan, MPI_Comm comm,

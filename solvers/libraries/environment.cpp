@@ -6,7 +6,6 @@
 #include <spdlog/spdlog.h>
 
 #include <cctype>
-#include <cstdlib>
 #include <exception>
 #include <sstream>
 #include <utility>
@@ -33,6 +32,28 @@ std::exception_ptr& pending_exception() {
   return exception;
 }
 
+/// Options without those that only print.
+std::string without_prints(const std::string& options) {
+  std::istringstream words(options);
+  std::string out;
+  bool is_said = true;
+  for (std::string word; words >> word;) {
+    // A value belongs to the option before it; a negative number is one.
+    const bool is_option = word.size() > 1 && word[0] == '-' && std::isalpha(word[1]) != 0;
+    if (is_option) {
+      is_said = word.find("monitor") == std::string::npos &&
+                word.find("view") == std::string::npos && word.find("log") == std::string::npos;
+    }
+    if (is_said) out += (out.empty() ? "" : " ") + word;
+  }
+  return out;
+}
+
+std::string& options_at_start() {
+  static std::string options;
+  return options;
+}
+
 PetscErrorCode collect(MPI_Comm, int, const char* function, const char*, PetscErrorCode code,
                        PetscErrorType type, const char* message, void*) {
   if (type == PETSC_ERROR_INITIAL) {
@@ -54,6 +75,11 @@ SolverEnvironment::SolverEnvironment() {
   char** pointer = arguments;
   check(SlepcInitialize(&count, &pointer, nullptr, nullptr));
   check(PetscPushErrorHandler(collect, nullptr));
+  // PETSc reads them on rank 0 and tells the others.
+  char* options = nullptr;
+  check(PetscOptionsGetAll(nullptr, &options));
+  options_at_start() = without_prints(options);
+  check(PetscFree(options));
   int rank = 0;
   MPI_Comm_rank(MPI_COMM_WORLD, &rank);
   if (const auto complaint = blas_complaint(); rank == 0 && !complaint.empty()) {
@@ -89,21 +115,8 @@ int keep_exception() {
                     PETSC_ERROR_INITIAL, "a function that PETSc called failed");
 }
 
-std::string solver_options() {
-  const char* const given = std::getenv("PETSC_OPTIONS");
-  std::istringstream words(given ? given : "");
-  std::string out;
-  bool is_said = true;
-  for (std::string word; words >> word;) {
-    // A value belongs to the option before it; a negative number is one.
-    const bool is_option = word.size() > 1 && word[0] == '-' && std::isalpha(word[1]) != 0;
-    if (is_option) {
-      is_said = word.find("monitor") == std::string::npos &&
-                word.find("view") == std::string::npos && word.find("log") == std::string::npos;
-    }
-    if (is_said) out += (out.empty() ? "" : " ") + word;
-  }
-  return out;
+const std::string& solver_options() {
+  return options_at_start();
 }
 
 ScopedOptions::ScopedOptions() {

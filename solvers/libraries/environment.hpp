@@ -6,10 +6,10 @@
 namespace carillon::solvers::libraries {
 
 /// Starts PETSc and SLEPc after MPI and ends them before it; one object of a program, made on every
-/// rank. Of PETSc's options those in the environment's PETSC_OPTIONS are read, no command line and
-/// no option file; signal handlers stay as they are; PETSc's errors print nothing and are collected
-/// for check(). CHOLMOD's own threads are switched off. A
-/// BLAS that is slow or has threads of its own is warned of once, by rank 0.
+/// rank. Of PETSc's options those in rank 0's PETSC_OPTIONS are read, no command line and no file
+/// of options that lies about; signal handlers stay as they are; PETSc's errors print nothing and
+/// are collected for check(). CHOLMOD's own threads are switched off. A BLAS that is slow or has
+/// threads of its own is warned of once, by rank 0.
 /// @note Collective on MPI_COMM_WORLD.
 class SolverEnvironment {
  public:
@@ -38,9 +38,9 @@ int guarded(F&& function) {
   }
 }
 
-/// What the environment's PETSC_OPTIONS say of solvers, one blank between words: modes that were
+/// PETSc's options at the start, alike on every rank, one blank between words: modes that were
 /// found with other options are others. Without what only prints (monitors, views, logs).
-std::string solver_options();
+const std::string& solver_options();
 
 /// Options of the PETSc data base under one prefix that no other object has; removed at the end.
 class ScopedOptions {

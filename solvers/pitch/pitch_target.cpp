@@ -260,10 +260,12 @@ class Search {
       ++edge_layers_;
       return;
     }
+    double share = gained / promised;
     // From one order to the next a prediction may be off by its factor, which says nothing of how
     // errors fall with the size.
-    const double allowed = planned_.order == best_.order ? 0 : std::log(order_factor);
-    trust_ = std::clamp(trust_ * (gained + allowed) / promised, 0.15, 1.0);
+    if (planned_.order != best_.order && share < 1)
+      share = std::min(1.0, (gained + std::log(order_factor)) / promised);
+    trust_ = std::clamp(trust_ * share, 0.15, 1.0);
   }
 
   const PitchStep& best_step() const { return result_.report.steps[result_.report.chosen]; }

@@ -89,6 +89,10 @@ class Solver(FolderTest):
             for a, b in zip(own["modes"], one["modes"], strict=True):
                 self.assertAlmostEqual(a["frequency_hz"] / b["frequency_hz"], 1, 8)
         self.assertNotIn("EPSSolve", log.read_text())  # from the cache
+        turned = run_json("modes", "vase", "-m", "steel",
+                          environment={"PETSC_OPTIONS": "-eps_type krylovschur"})
+        self.assertEqual(turned["solver"]["name"], "axisymmetric")
+        self.assertEqual(turned["certificate"]["eigen_solver"], "krylov_schur")
         found(f"-log_view :{log} -eps_tol 1e-11")
         counts = {line.split()[0]: int(line.split()[1]) for line in log.read_text().splitlines()
                   if line.startswith(("EPSSolve", "MatCholFctrNum", "KSPMatSolve"))}

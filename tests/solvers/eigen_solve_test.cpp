@@ -166,6 +166,14 @@ TEST(EigenSolvers, AreChosenByOptionsOfPetsc) {
     const Option few("-eps_max_it", "1"), small("-eps_mpd", "46");
     EXPECT_THROW(Body(mesh, MPI_COMM_WORLD).lowest(request), core::SolverError);
   }
+  // What is made of modes relies on the transformation that was chosen for them.
+  for (const auto& [name, value] :
+       {std::pair("-st_type", "shift"), std::pair("-st_shift", "-0.5"),
+        std::pair("-st_matmode", "shell"), std::pair("-eps_target", "1"),
+        std::pair("-eps_smallest_real", "")}) {
+    const Option option(name, value);
+    EXPECT_THROW(Body(mesh, MPI_COMM_WORLD).lowest(request), core::InputError) << name;
+  }
 }
 
 /// Solves after the first go on with the factor that is there.

@@ -207,11 +207,12 @@ void MaterialSolve::certify(modes::Modes& modes) const {
   certificate.unknowns = 3 * static_cast<std::int64_t>(forms_.mesh.nodes.size());
   double verified = std::numeric_limits<double>::infinity();
   std::int64_t missing = 0;
-  const bool all_dense = std::all_of(harmonics_.begin(), harmonics_.end(), [](const Harmonic& h) {
-    return h.values.empty() || h.solver == modes::EigenSolver::dense;
-  });
-  certificate.eigen_solver =
-      all_dense ? modes::EigenSolver::dense : modes::EigenSolver::block_lanczos;
+  // That of harmonics with modes enough; small ones are solved densely.
+  certificate.eigen_solver = modes::EigenSolver::dense;
+  for (const Harmonic& h : harmonics_) {
+    if (!h.values.empty() && h.solver != modes::EigenSolver::dense)
+      certificate.eigen_solver = h.solver;
+  }
   const double top = forms_.scales.from_frequency(top_);
   for (const auto& h : harmonics_) {
     certificate.rigid_modes += static_cast<int>(h.multiplicity()) * h.rigid;

@@ -20,7 +20,7 @@ struct BlockLanczos {
   PetscInt basis = 0;  ///< vectors that are kept
 };
 struct Lobpcg {
-  std::function<LobpcgResult()> solve;
+  LobpcgSolve solve;
 };
 
 MPI_Comm comm_of(EPS eps) {
@@ -98,8 +98,11 @@ PetscErrorCode set_up_lanczos(EPS eps) {
   if (own.basis <= 0) {
     own.basis = static_cast<PetscInt>(lanczos_basis(own.space.dimension, pairs, own.block));
   }
+  // Never fewer than make a restart worth while.
+  own.basis = static_cast<PetscInt>(std::min<std::int64_t>(
+      own.space.dimension, std::max<std::int64_t>(own.basis, pairs + 2 * own.block)));
   eps->mpd = own.basis;
-  if (eps->max_it <= 0) eps->max_it = LanczosOptions().max_restarts;
+  if (eps->max_it <= 0) eps->max_it = LanczosOptions().max_restarts + 1;
   // A block brings some more than are wanted.
   PetscCall(set_up_pairs(eps, pairs + own.block));
   PetscFunctionReturn(0);
@@ -138,7 +141,7 @@ int solve_lanczos(EPS eps) {
     options.tolerance = eps->tol;
     options.block = own.block;
     options.basis = own.basis;
-    options.max_restarts = eps->max_it;
+    options.max_restarts = eps->max_it - 1;
     const auto found = block_lanczos(problem, options);
     const auto kept = std::min<Eigen::Index>(eps->ncv, found.values.size());
     std::copy_n(found.values.data(), kept, eps->eigr);
@@ -166,8 +169,14 @@ PetscErrorCode read_lanczos_options(EPS eps, PetscOptionItems* PetscOptionsObjec
 
 PetscErrorCode view_lanczos(EPS eps, PetscViewer viewer) {
   const auto& own = data_of<BlockLanczos>(eps);
-  return PetscViewerASCIIPrintf(viewer, "  blocks of %d columns, %d vectors kept\n",
-                                static_cast<int>(own.block), static_cast<int>(own.basis));
+  PetscBool is_text = PETSC_FALSE;
+  PetscFunctionBegin;
+  PetscCall(
+      PetscObjectTypeCompare(reinterpret_cast<PetscObject>(viewer), PETSCVIEWERASCII, &is_text));
+  if (is_text == PETSC_FALSE) PetscFunctionReturn(0);
+  PetscCall(PetscViewerASCIIPrintf(viewer, "  blocks of %d columns, %d vectors kept\n",
+                                   static_cast<int>(own.block), static_cast<int>(own.basis)));
+  PetscFunctionReturn(0);
 }
 
 PetscErrorCode make_lanczos(EPS eps) {
@@ -187,13 +196,14 @@ PetscErrorCode set_up_lobpcg(EPS eps) {
   PetscFunctionBegin;
   PetscCheck(data_of<Lobpcg>(eps).solve, comm_of(eps), PETSC_ERR_ORDER,
              "The solver '%s' wants a preconditioner", type_of(eps));
+  if (eps->max_it <= 0) eps->max_it = LobpcgOptions().max_iterations;
   PetscCall(set_up_pairs(eps, eps->nev));
   PetscFunctionReturn(0);
 }
 
 int solve_lobpcg(EPS eps) {
   return libraries::guarded([&] {
-    const auto found = data_of<Lobpcg>(eps).solve();
+    const auto found = data_of<Lobpcg>(eps).solve(eps->tol, eps->max_it);
     const auto kept = std::min<Eigen::Index>({eps->ncv, found.values.size(), found.converged});
     std::copy_n(found.values.data(), kept, eps->eigr);
     keep(eps, found.vectors, kept);
@@ -236,7 +246,7 @@ void set_space(EPS eps, BlockLanczosSpace space) {
   }
 }
 
-void set_solve(EPS eps, std::function<LobpcgResult()> solve) {
+void set_solve(EPS eps, LobpcgSolve solve) {
   if (auto* const own = data_of<Lobpcg>(eps, lobpcg_type)) own->solve = std::move(solve);
 }
 

@@ -34,8 +34,10 @@ struct BlockLanczosSpace {
 /// Does nothing to an EPS of another type, as EPSXxxSet functions do.
 void set_space(EPS eps, BlockLanczosSpace space);
 
-/// What an EPS of type lobpcg_type runs: the preconditioner, the start vectors and the rigid
-/// motions that are set apart are the function's own. Likewise does nothing to another type.
-void set_solve(EPS eps, std::function<LobpcgResult()> solve);
+/// What an EPS of type lobpcg_type runs, given its tolerance and LobpcgOptions::max_iterations: the
+/// preconditioner, the start vectors and the rigid motions that are set apart are the function's
+/// own, and monitors hear nothing. Likewise does nothing to another type.
+using LobpcgSolve = std::function<LobpcgResult(double tolerance, int max_iterations)>;
+void set_solve(EPS eps, LobpcgSolve solve);
 
 }  // namespace carillon::solvers::eigen
