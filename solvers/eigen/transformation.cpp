@@ -373,8 +373,9 @@ Inverse mass_of(const Transformation& transformation) {
   libraries::check(
       PetscObjectTypeCompare(reinterpret_cast<PetscObject>(mass), MATSHELL, &is_shell));
   if (is_shell == PETSC_TRUE) {
-    return [transformation, products = context_of<SystemMatrix>(mass)->products](
-               const ConstColumns& x, Columns out) { products->mass(x, out); };
+    const auto own = context_of<SystemMatrix>(mass)->products;
+    // Written through: NOLINTNEXTLINE(performance-unnecessary-value-param)
+    return [transformation, own](const ConstColumns& x, Columns out) { own->mass(x, out); };
   }
   // Written through: NOLINTNEXTLINE(performance-unnecessary-value-param)
   return [transformation, mass](const ConstColumns& x, Columns out) {
