@@ -188,6 +188,7 @@ EigenPairs shift_inverted(const assembly::System& system, const EigenRequest& re
   } else if (request.basis > 0) {
     libraries::check(EPSSetDimensions(eps.get(), wanted, PETSC_DEFAULT, request.basis));
   }
+  const assembly::Products products(system, comm);
   Eigen::VectorXd start(system.owned_unknowns());
   fill_start(system, request.seed, 0, start);
   const auto first = wrap(comm, start.data(), system.owned_unknowns());
@@ -198,7 +199,8 @@ EigenPairs shift_inverted(const assembly::System& system, const EigenRequest& re
                         // Written through: NOLINTNEXTLINE(performance-unnecessary-value-param)
                         [&](int number, Eigen::Ref<Eigen::VectorXd> out) {
                           fill_start(system, request.seed, number, out);
-                        }});
+                        },
+                        [&products](const auto& x, auto out) { products.mass(x, out); }});
   return solved(eps.get(), system.owned_unknowns(), wanted,
                 "the mesh may have nearly flat elements; another element size often helps", comm);
 }

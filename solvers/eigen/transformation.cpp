@@ -308,14 +308,15 @@ void finish(ST st, PCType type, SystemMatrix matrix, MPI_Comm comm) {
   libraries::check(STSetUp(st));
 }
 
-/// Columns as a dense matrix of PETSc's, which refers to them.
-MatHandle dense_of(MPI_Comm comm, Eigen::Index rows, Eigen::Index columns, Eigen::Index stride,
-                   double* values) {
+/// Columns as a dense matrix of PETSc's, which refers to them and has no constant values.
+MatHandle dense_of(MPI_Comm comm, const ConstColumns& columns) {
   MatHandle out;
-  const auto own_rows = static_cast<PetscInt>(rows);
-  libraries::check(MatCreateDense(comm, own_rows, PETSC_DECIDE, PETSC_DETERMINE,
-                                  static_cast<PetscInt>(columns), values, out.put()));
-  if (stride > rows) libraries::check(MatDenseSetLDA(out.get(), static_cast<PetscInt>(stride)));
+  const auto rows = static_cast<PetscInt>(columns.rows());
+  const auto stride = static_cast<PetscInt>(columns.outerStride());
+  libraries::check(MatCreateDense(comm, rows, PETSC_DECIDE, PETSC_DETERMINE,
+                                  static_cast<PetscInt>(columns.cols()),
+                                  const_cast<double*>(columns.data()), out.put()));
+  if (stride > rows) libraries::check(MatDenseSetLDA(out.get(), stride));
   return out;
 }
 
@@ -357,37 +358,8 @@ Inverse inverse_of(const Transformation& transformation) {
   return [transformation](const ConstColumns& right, Columns solution) {
     auto* const st = transformation.get();
     const auto comm = PetscObjectComm(reinterpret_cast<PetscObject>(st));
-    // Read only: PETSc has no matrix of constant values.
-    const auto from = dense_of(comm, right.rows(), right.cols(), right.outerStride(),
-                               const_cast<double*>(right.data()));
-    const auto to =
-        dense_of(comm, solution.rows(), solution.cols(), solution.outerStride(), solution.data());
+    const auto from = dense_of(comm, right), to = dense_of(comm, solution);
     libraries::check(KSPMatSolve(solver_of(st), from.get(), to.get()));
-  };
-}
-
-Inverse mass_of(const Transformation& transformation) {
-  Mat mass = nullptr;
-  libraries::check(STGetMatrix(transformation.get(), 1, &mass));
-  PetscBool is_shell = PETSC_FALSE;
-  libraries::check(
-      PetscObjectTypeCompare(reinterpret_cast<PetscObject>(mass), MATSHELL, &is_shell));
-  if (is_shell == PETSC_TRUE) {
-    const auto own = context_of<SystemMatrix>(mass)->products;
-    // Written through: NOLINTNEXTLINE(performance-unnecessary-value-param)
-    return [transformation, own](const ConstColumns& x, Columns out) { own->mass(x, out); };
-  }
-  // Written through: NOLINTNEXTLINE(performance-unnecessary-value-param)
-  return [transformation, mass](const ConstColumns& x, Columns out) {
-    const auto comm = PetscObjectComm(reinterpret_cast<PetscObject>(mass));
-    const auto from =
-        dense_of(comm, x.rows(), x.cols(), x.outerStride(), const_cast<double*>(x.data()));
-    MatHandle product;
-    libraries::check(
-        MatMatMult(mass, from.get(), MAT_INITIAL_MATRIX, PETSC_DEFAULT, product.put()));
-    libraries::check(on_values(
-        product.get(), dense_of(comm, out.rows(), out.cols(), out.outerStride(), out.data()).get(),
-        [](const auto& from, auto& to) { to = from; }));
   };
 }
 

@@ -38,7 +38,4 @@ Transformation given_transformation(const assembly::System& system, double shift
 /// Solves with a transformation's K - sigma M, all columns together (KSPMatSolve).
 Inverse inverse_of(const Transformation& transformation);
 
-/// M of a transformation times columns: straight from the System's rows where it is their shell.
-Inverse mass_of(const Transformation& transformation);
-
 }  // namespace carillon::solvers::eigen

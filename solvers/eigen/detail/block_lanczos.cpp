@@ -34,7 +34,7 @@ class Lanczos {
         options_(options),
         block_(std::min<Index>(options.block, problem.total)),
         wanted_(std::min<Index>(options.pairs, problem.total)),
-        basis_(basis_size()),
+        basis_(lanczos_basis(problem.total, wanted_, block_, options.basis)),
         look_at_(wanted_ + block_),
         v_(problem.owned, basis_),
         t_(MatrixXd::Zero(basis_, basis_)) {}
@@ -58,11 +58,6 @@ class Lanczos {
   }
 
  private:
-  Index basis_size() const {
-    if (options_.basis == 0) return lanczos_basis(problem_.total, wanted_, block_);
-    return std::min<Index>(problem_.total, std::max<Index>(options_.basis, wanted_ + 2 * block_));
-  }
-
   MatrixXd product(const Eigen::Ref<const MatrixXd>& a, const Eigen::Ref<const MatrixXd>& b) const {
     MatrixXd out(a.cols(), b.cols());
     out.noalias() = a.transpose() * b;
@@ -328,10 +323,12 @@ class Lanczos {
 
 }  // namespace
 
-Eigen::Index lanczos_basis(Eigen::Index total, Eigen::Index pairs, Eigen::Index block) {
+Eigen::Index lanczos_basis(Eigen::Index total, Eigen::Index pairs, Eigen::Index block,
+                           Eigen::Index asked) {
   // Up to some 150 modes half of the basis is spare; beyond, memory counts for more.
   const auto spare = std::max(6 * block, std::min(2 * pairs, 150 + pairs / 8));
-  return std::min(total, pairs + spare);
+  const auto kept = asked > 0 ? std::max(asked, pairs + 2 * block) : pairs + spare;
+  return std::min(total, kept);
 }
 
 LanczosResult block_lanczos(const LanczosProblem& problem, const LanczosOptions& options) {

@@ -47,8 +47,10 @@ struct LanczosResult {
   int restarts = 0;
 };
 
-/// Vectors that are kept where LanczosOptions::basis is 0.
-Eigen::Index lanczos_basis(Eigen::Index total, Eigen::Index pairs, Eigen::Index block);
+/// Vectors that are kept where so many are asked for (LanczosOptions::basis).
+/// @param asked  0: as many as suit the pairs
+Eigen::Index lanczos_basis(Eigen::Index total, Eigen::Index pairs, Eigen::Index block,
+                           Eigen::Index asked);
 
 /// The largest eigenpairs of a positive operator by block Lanczos with full reorthogonalisation,
 /// thick restart and locking (Grimes, Lewis and Simon 1994; Wu and Simon 2000). Products with the

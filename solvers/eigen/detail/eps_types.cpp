@@ -4,7 +4,6 @@
 #include <slepc/private/epsimpl.h>
 
 #include <algorithm>
-#include <stdexcept>
 #include <utility>
 
 #include "solvers/eigen/detail/block_lanczos.hpp"
@@ -66,18 +65,24 @@ PetscErrorCode sort_by_target(EPS eps) {
   return 0;
 }
 
-/// Copies vectors to where SLEPc keeps those that it found.
-void keep(EPS eps, const Eigen::MatrixXd& vectors, Eigen::Index count) {
-  double* values = nullptr;
-  libraries::check(BVGetArray(eps->V, &values));
+/// Hands over what was found to where SLEPc keeps it, as far as there is room.
+/// @param found  how many of the values and vectors count
+void hand_over(EPS eps, const Eigen::VectorXd& values, const Eigen::MatrixXd& vectors,
+               Eigen::Index found, PetscInt wanted) {
+  const auto kept = std::min<Eigen::Index>(eps->ncv, found);
+  std::copy_n(values.data(), kept, eps->eigr);
+  double* columns = nullptr;
+  libraries::check(BVGetArray(eps->V, &columns));
   PetscInt stride = eps->nloc;
 #if SLEPC_VERSION_GE(3, 20, 0)
   libraries::check(BVGetLeadingDimension(eps->V, &stride));
 #endif
   Eigen::Map<Eigen::MatrixXd, 0, Eigen::OuterStride<>>(
-      values, eps->nloc, count, Eigen::OuterStride<>(std::max<PetscInt>(1, stride))) =
-      vectors.leftCols(count);
-  libraries::check(BVRestoreArray(eps->V, &values));
+      columns, eps->nloc, kept, Eigen::OuterStride<>(std::max<PetscInt>(1, stride))) =
+      vectors.leftCols(kept);
+  libraries::check(BVRestoreArray(eps->V, &columns));
+  eps->nconv = static_cast<PetscInt>(kept);
+  eps->reason = kept >= wanted ? EPS_CONVERGED_TOL : EPS_DIVERGED_ITS;
 }
 
 template <class Data>
@@ -87,20 +92,20 @@ PetscErrorCode let_go(EPS eps) {
   return 0;
 }
 
+/// Pairs that block Lanczos is to find: its space may be smaller than the matrices.
+PetscInt wanted_of(EPS eps) {
+  return std::min(eps->nev, static_cast<PetscInt>(data_of<BlockLanczos>(eps).space.dimension));
+}
+
 PetscErrorCode set_up_lanczos(EPS eps) {
   auto& own = data_of<BlockLanczos>(eps);
   PetscFunctionBegin;
   PetscCheck(own.space.start, comm_of(eps), PETSC_ERR_ORDER, "The solver '%s' wants start vectors",
              type_of(eps));
-  const auto pairs = std::min(eps->nev, static_cast<PetscInt>(own.space.dimension));
+  const auto pairs = wanted_of(eps);
   // What is not set is negative, by one constant or another from version to version.
-  own.basis = eps->mpd > 0 ? eps->mpd : eps->ncv;
-  if (own.basis <= 0) {
-    own.basis = static_cast<PetscInt>(lanczos_basis(own.space.dimension, pairs, own.block));
-  }
-  // Never fewer than make a restart worth while.
-  own.basis = static_cast<PetscInt>(std::min<std::int64_t>(
-      own.space.dimension, std::max<std::int64_t>(own.basis, pairs + 2 * own.block)));
+  const auto asked = std::max<PetscInt>(0, eps->mpd > 0 ? eps->mpd : eps->ncv);
+  own.basis = static_cast<PetscInt>(lanczos_basis(own.space.dimension, pairs, own.block, asked));
   eps->mpd = own.basis;
   if (eps->max_it <= 0) eps->max_it = LanczosOptions().max_restarts + 1;
   // A block brings some more than are wanted.
@@ -123,14 +128,13 @@ void tell(EPS eps, int restarts, Eigen::Index converged, const Eigen::VectorXd& 
 int solve_lanczos(EPS eps) {
   return libraries::guarded([&] {
     auto& own = data_of<BlockLanczos>(eps);
-    // The EPS holds its transformation as long as it solves.
-    const Transformation transformation(eps->st, [](ST) {});
     LanczosProblem problem;
     problem.owned = eps->nloc;
     problem.total = own.space.dimension;
     problem.comm = comm_of(eps);
-    problem.apply = inverse_of(transformation);
-    problem.mass = mass_of(transformation);
+    // The EPS holds its transformation as long as it solves.
+    problem.apply = inverse_of(Transformation(eps->st, [](ST) {}));
+    problem.mass = own.space.mass;
     problem.start = own.space.start;
     problem.monitor = [eps](int restarts, Eigen::Index converged, const Eigen::VectorXd& values,
                             const Eigen::VectorXd& residuals) {
@@ -143,13 +147,8 @@ int solve_lanczos(EPS eps) {
     options.basis = own.basis;
     options.max_restarts = eps->max_it - 1;
     const auto found = block_lanczos(problem, options);
-    const auto kept = std::min<Eigen::Index>(eps->ncv, found.values.size());
-    std::copy_n(found.values.data(), kept, eps->eigr);
-    keep(eps, found.vectors, kept);
-    eps->nconv = static_cast<PetscInt>(kept);
     eps->its = found.restarts + 1;
-    const auto wanted = std::min<Eigen::Index>(eps->nev, own.space.dimension);
-    eps->reason = kept >= wanted ? EPS_CONVERGED_TOL : EPS_DIVERGED_ITS;
+    hand_over(eps, found.values, found.vectors, found.values.size(), wanted_of(eps));
   });
 }
 
@@ -204,12 +203,8 @@ PetscErrorCode set_up_lobpcg(EPS eps) {
 int solve_lobpcg(EPS eps) {
   return libraries::guarded([&] {
     const auto found = data_of<Lobpcg>(eps).solve(eps->tol, eps->max_it);
-    const auto kept = std::min<Eigen::Index>({eps->ncv, found.values.size(), found.converged});
-    std::copy_n(found.values.data(), kept, eps->eigr);
-    keep(eps, found.vectors, kept);
-    eps->nconv = static_cast<PetscInt>(kept);
     eps->its = found.iterations;
-    eps->reason = kept >= eps->nev ? EPS_CONVERGED_TOL : EPS_DIVERGED_ITS;
+    hand_over(eps, found.values, found.vectors, found.converged, eps->nev);
   });
 }
 

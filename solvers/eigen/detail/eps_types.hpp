@@ -30,6 +30,8 @@ void register_eps_types();
 struct BlockLanczosSpace {
   std::int64_t dimension = 0;  ///< of the space that vectors lie in, of all ranks together
   std::function<void(int number, Eigen::Ref<Eigen::VectorXd> out)> start;  ///< LanczosProblem's
+  std::function<void(const Eigen::Ref<const Eigen::MatrixXd>& x, Eigen::Ref<Eigen::MatrixXd> out)>
+      mass;  ///< M x
 };
 /// Does nothing to an EPS of another type, as EPSXxxSet functions do.
 void set_space(EPS eps, BlockLanczosSpace space);
