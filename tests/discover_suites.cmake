@@ -1,6 +1,7 @@
 # Run after a test program was linked: registers each of its suites as one test, in OUTPUT, which CTest
 # includes. Variables: PROGRAM, NAME, OUTPUT, LABEL, TIMEOUT, LONG_TIMEOUT, ENVIRONMENT, and LONG: SUITE.TEST names with
-# colons between them, which make up one more test of label <LABEL>_slow.
+# colons between them, which make up one more test of label <LABEL>_slow. PROPERTIES: some of its tests are
+# properties, and all without LONG are one more such test, with 200 cases that are drawn anew.
 cmake_minimum_required(VERSION 3.25)
 string(REPLACE "," ";" ENVIRONMENT "${ENVIRONMENT}")
 execute_process(COMMAND ${CMAKE_COMMAND} -E env ${ENVIRONMENT} ${PROGRAM} --gtest_list_tests OUTPUT_VARIABLE listed RESULT_VARIABLE status
@@ -41,5 +42,10 @@ if(found EQUAL 0)
 endif()
 if(LONG)
   register(${NAME}.long "${LONG}" ${LABEL}_slow ${LONG_TIMEOUT})
+endif()
+if(PROPERTIES)
+  list(FILTER ENVIRONMENT EXCLUDE REGEX "^RC_PARAMS=")
+  list(APPEND ENVIRONMENT "RC_PARAMS=max_success=200")
+  register(${NAME}.properties "*${without}" ${LABEL}_slow ${LONG_TIMEOUT})
 endif()
 file(WRITE ${OUTPUT} "${text}")

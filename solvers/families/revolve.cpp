@@ -16,6 +16,10 @@ namespace {
 constexpr double full_turn = 2 * std::numbers::pi;
 /// A profile that turns by more keeps a ring of vertices there.
 constexpr double corner_angle = 20 * std::numbers::pi / 180;
+/// So does a smaller corner between edges of a cell or so: elements over it would miss what lies
+/// about it at every order. Those of shorter edges are points of a curve.
+constexpr double small_corner_angle = std::numbers::pi / 180;
+constexpr double long_edge = 0.4;  // of a cell
 
 Vec2 at(const ProfilePolygon& profile, std::size_t i) {
   const auto& p = profile[i % profile.size()];
@@ -108,12 +112,20 @@ std::vector<Ring> place_rings(const ProfilePolygon& profile, const std::vector<V
     const Vec2& out = edges[vertex == edges.size() ? 0 : vertex].tangent;
     return std::abs(std::atan2(cross(in, out), in.dot(out)));
   };
+  const auto is_corner = [&](std::size_t vertex) {
+    const double angle = bend(vertex);
+    if (angle >= corner_angle) return true;
+    const std::size_t after = vertex % edges.size();
+    const std::size_t before = (after + edges.size() - 1) % edges.size();
+    return angle > small_corner_angle &&
+           std::min(edges[before].length, edges[after].length) > long_edge * cell;
+  };
   // Cumulated number of rings wanted up to each vertex.
   std::vector<double> wanted{0};
   for (std::size_t i = 0; i < edges.size(); ++i) {
     double turning = 0;  // half of a gentle bend belongs to each of its edges
     for (std::size_t vertex : {i, i + 1})
-      if (bend(vertex) < corner_angle) turning += 0.5 * bend(vertex);
+      if (!is_corner(vertex)) turning += 0.5 * bend(vertex);
     double longest = cell;
     if (turning > 1e-9)
       longest = std::min(longest, mesh::max_chord(edges[i].length / turning, edges[i].thickness));
@@ -132,9 +144,9 @@ std::vector<Ring> place_rings(const ProfilePolygon& profile, const std::vector<V
   std::size_t start = 0;
   while (start < edges.size()) {
     std::size_t end = start + 1;
-    while (end < edges.size() && bend(end) < corner_angle) ++end;
+    while (end < edges.size() && !is_corner(end)) ++end;
     const double span = wanted[end] - wanted[start];
-    const bool whole_loop = closed && start == 0 && end == edges.size() && bend(0) < corner_angle;
+    const bool whole_loop = closed && start == 0 && end == edges.size() && !is_corner(0);
     const int parts = std::max(whole_loop ? 6 : 1, static_cast<int>(std::ceil(span * (1 - 1e-9))));
     add(start, 0);
     std::size_t edge = start;
@@ -242,7 +254,7 @@ mesh::SurfaceProjection project_to_turned(const ProfilePolygon& profile) {
     }
     return std::nullopt;
   };
-  return {to_surface, to_line};
+  return {to_surface, to_line, 1e-3};
 }
 
 double turned_volume(const ProfilePolygon& profile) {

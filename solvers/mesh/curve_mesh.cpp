@@ -16,8 +16,6 @@ namespace {
 
 using NodePair = std::pair<std::int32_t, std::int32_t>;
 
-/// Faces meeting at more than this keep a sharp edge.
-const double sharp_angle = 40 * std::numbers::pi / 180;
 /// A node that would have to move by more of its edge's length is on the wrong track.
 constexpr double largest_move = 0.3;
 
@@ -49,7 +47,7 @@ Vec3 edge_move(const std::vector<Vec3>& normals, const Vec3& a, const Vec3& b, c
   const Vec3 sum = normals[0] + normals[1];
   if (sum.norm() < 1e-6) return Vec3::Zero();  // a knife's edge has no outside
   const double length = (b - a).norm();
-  if (truth.to_line && angle_between(normals[0], normals[1]) > sharp_angle)
+  if (truth.to_line && angle_between(normals[0], normals[1]) > truth.line_angle)
     if (const auto on_line = truth.to_line(a, b, point)) return guarded(point, *on_line, length);
   return guarded(point, truth.to_surface(point, sum.normalized()), length);
 }

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <numbers>
 #include <optional>
 
 #include "solvers/mesh/tet_mesh.hpp"
@@ -17,12 +18,14 @@ struct SurfaceProjection {
   /// Point nearest to one between two vertices on the sharp line that leads from one to the other;
   /// none where no line does. Empty: the surface has no lines.
   std::function<std::optional<Vec3>(const Vec3& from, const Vec3& to, const Vec3& between)> to_line;
+  /// Edges between faces that meet at more follow their line [rad].
+  double line_angle = 40 * std::numbers::pi / 180;
 };
 
 /// The same tetrahedra, whose nodes are all used, with nodes of an order; nodes of boundary edges
 /// and faces are moved to `truth` (none: straight, and no finer_nodes), and those inside follow.
-/// Edges between faces that meet at more than 40 degrees follow the line that they are part of. A
-/// node that would move by more than 0.3 of its edge is left on the chord. An element whose
+/// Edges between faces that meet at more than truth.line_angle follow the line that they are part
+/// of. A node that would move by more than 0.3 of its edge is left on the chord. An element whose
 /// Jacobian would turn negative is straightened and counted.
 ///
 /// finer_nodes start from the curved elements of the order and are moved on to the surface again.

@@ -118,7 +118,7 @@ class Damage(FolderTest):
         self.check("torus", *torus(), "--order", 2)
 
     def test_bowl(self):
-        self.check("bowl", *bowl())
+        self.check("bowl", *bowl(), "--order", 2)
 
     def test_pawn(self):
         self.check("pawn", *pawn(), "--order", 2)

@@ -31,7 +31,8 @@ of_memory = unittest.skipIf(TIMEOUT_FACTOR > 1, "sanitizers take memory of their
 
 
 # Minutes for what the others show on less; ctest -L slow runs them.
-long = unittest.skipUnless(os.environ.get("CARILLON_LONG"), "CARILLON_LONG is not set")
+LONG = bool(os.environ.get("CARILLON_LONG"))
+long = unittest.skipUnless(LONG, "CARILLON_LONG is not set")
 
 
 def run_json(*arguments, **options):

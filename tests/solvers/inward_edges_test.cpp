@@ -242,10 +242,6 @@ void expect_true_estimates(const Section& section, std::initializer_list<int> or
   }
 }
 
-TEST(InwardEdges, EstimatesOfAnAngleAreTrue) {
-  expect_true_estimates(sections().front(), {3});
-}
-
 TEST(InwardEdges, EstimatesOfAllSectionsAreTrue) {
   for (const Section& section : sections()) expect_true_estimates(section, {2, 3, 4});
 }
