@@ -7,8 +7,10 @@ if(CCACHE_PROGRAM AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
       CCACHE_SLOPPINESS=pch_defines,time_macros,include_file_mtime,include_file_ctime ${CCACHE_PROGRAM})
 endif()
 
-# Installed programs find a site's libraries where they were linked.
+# Programs find a site's libraries where they were linked; in the build folder too, where CMake would
+# otherwise fill the path up with the current folder.
 set(CMAKE_INSTALL_RPATH_USE_LINK_PATH ON)
+set(CMAKE_BUILD_WITH_INSTALL_RPATH ON)
 
 option(CARILLON_JOIN_SOURCES "Compile sources in groups, for builds from nothing" OFF)
 

@@ -20,7 +20,7 @@ class RealMeshes(FolderTest):
         folder = self.folder / kind
         folder.mkdir()
         for path in pathlib.Path(DATA, "meshes", kind).iterdir():
-            if LONG or path.stat().st_size < 600_000:
+            if LONG or path.stat().st_size < 300_000:
                 (folder / path.name).symlink_to(path)
         return folder
 
