@@ -40,6 +40,8 @@ train:
 camera: {width: 64, height: 64}
 """
 
+ONE_TASK = "train.tasks={geometry: {column: shape}}"
+
 
 def training(found, key):
     return next(line for line in found["trainings"] if line["key"] == key)
@@ -115,7 +117,7 @@ class Train(FolderTest):
 
     def test_is_the_same_on_as_many_ranks(self):
         _, config = self.other("same")
-        again = run_json("train", config, "-o", self.folder / "again", ranks=2)
+        again = run_json("train", config, "-o", self.folder / "again", "--set", ONE_TASK, ranks=2)
         for line in again["trainings"]:
             first = training(self.found, line["key"])
             numpy.testing.assert_array_equal(answers(line)[2], answers(first)[2], line["key"])
@@ -124,7 +126,7 @@ class Train(FolderTest):
         """Memory for a few samples: files are read while the ranks sum up."""
         _, config = self.other("windows")
         found = run_json("train", config, "-o", self.folder / "windows-out", "--set",
-                         "train.memory=32 KiB", ranks=2)
+                         "train.memory=32 KiB", "--set", ONE_TASK, ranks=2)
         for line in found["trainings"]:
             first = training(self.found, line["key"])
             if "nearest" in line["key"]:
@@ -135,8 +137,8 @@ class Train(FolderTest):
     def test_goes_on_after_it_was_stopped_and_on_other_ranks(self):
         _, config = self.other("stopped")
         output = self.folder / "stopped-out"
-        command = [CARILLON, "train", config, "-o", output, "--set", "train.epochs=400",
-                   "--set", "train.patience=400", "--set", "train.tasks={a: {column: shape}}",
+        command = [CARILLON, "train", config, "-o", output, "--set", "train.epochs=150",
+                   "--set", "train.patience=150", "--set", "train.tasks={a: {column: shape}}",
                    "--set", "train.methods={isnn-a: {filters: 8, units: 32, kernel: [16, 4]}}"]
         process = subprocess.Popen([*map(str, command)], stdout=subprocess.DEVNULL,
                                    stderr=subprocess.DEVNULL)
@@ -147,7 +149,7 @@ class Train(FolderTest):
         self.assertEqual(len(made), 1)
         header = json.loads(made[0].read_bytes().split(b"\n", 1)[0])["header"]
         stopped = len(header["epochs"])
-        self.assertLess(stopped, 400)
+        self.assertLess(stopped, 150)
         # The patience is no part of what is kept: it is the same training with the same end.
         result = run(*command[1:], "--json", ranks=2)
         self.assertEqual(result.returncode, 0, result.stderr)
@@ -161,7 +163,7 @@ class Train(FolderTest):
     def test_goes_on_to_the_same_bits(self):
         """On two ranks, from windows of files, with statistics of batches and dropout."""
         _, config = self.other("same-bits")
-        arguments = ["train", config, "--set", "train.epochs=8", "--set", "train.patience=8",
+        arguments = ["train", config, "--set", "train.epochs=4", "--set", "train.patience=4",
                      "--set", "train.memory=1 MiB", "--set", "train.tasks={a: {column: shape}}",
                      "--set", "train.methods={soundnet5: {units: 16}}"]
         whole = run_json(*arguments, "-o", self.folder / "whole", ranks=2)["trainings"][0]
