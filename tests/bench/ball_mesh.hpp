@@ -14,9 +14,10 @@ inline solvers::mesh::SurfaceMesh ball(double radius, int rings) {
   const double step = std::numbers::pi / rings;
   for (int i = 0; i <= rings; ++i) {
     for (int j = 0; j < around; ++j) {
-      mesh.vertices.push_back(radius * Vec3(std::sin(i * step) * std::cos(j * step),
-                                            std::sin(i * step) * std::sin(j * step),
-                                            std::cos(i * step)));
+      const bool pole = i % rings == 0;
+      const double out = pole ? 0 : std::sin(i * step), turn = pole ? 0 : j * step;
+      mesh.vertices.push_back(radius *
+                              Vec3(out * std::cos(turn), out * std::sin(turn), std::cos(i * step)));
     }
   }
   for (int i = 0; i < rings; ++i) {
