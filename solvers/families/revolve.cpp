@@ -105,20 +105,22 @@ std::vector<Ring> place_rings(const ProfilePolygon& profile, const std::vector<V
                               double cell) {
   const auto edges = measure(profile, chain);
   const bool closed = chain.front() == chain.back();
+  const auto before = [&](std::size_t vertex) -> const ChainEdge& {
+    return edges[(vertex + edges.size() - 1) % edges.size()];
+  };
+  const auto after = [&](std::size_t vertex) -> const ChainEdge& {
+    return edges[vertex % edges.size()];
+  };
   const auto bend = [&](std::size_t vertex) {
-    const std::size_t last = edges.size() - 1;
     if (!closed && (vertex == 0 || vertex == edges.size())) return std::numbers::pi;
-    const Vec2& in = edges[vertex == 0 ? last : vertex - 1].tangent;
-    const Vec2& out = edges[vertex == edges.size() ? 0 : vertex].tangent;
+    const Vec2 &in = before(vertex).tangent, &out = after(vertex).tangent;
     return std::abs(std::atan2(cross(in, out), in.dot(out)));
   };
   const auto is_corner = [&](std::size_t vertex) {
     const double angle = bend(vertex);
     if (angle >= corner_angle) return true;
-    const std::size_t after = vertex % edges.size();
-    const std::size_t before = (after + edges.size() - 1) % edges.size();
     return angle > small_corner_angle &&
-           std::min(edges[before].length, edges[after].length) > long_edge * cell;
+           std::min(before(vertex).length, after(vertex).length) > long_edge * cell;
   };
   // Cumulated number of rings wanted up to each vertex.
   std::vector<double> wanted{0};
@@ -135,11 +137,9 @@ std::vector<Ring> place_rings(const ProfilePolygon& profile, const std::vector<V
   const auto add = [&](std::size_t edge, double fraction) {
     const Vec2 p = fraction <= 0 ? chain[edge]
                                  : Vec2((1 - fraction) * chain[edge] + fraction * chain[edge + 1]);
-    const auto& before = fraction > 0 ? edges[edge]
-                                      : edges[edge > 0 ? edge - 1
-                                              : closed ? edges.size() - 1
-                                                       : 0];
-    rings.push_back({p, count_around(p.x(), cell, before, edges[edge])});
+    const bool at_vertex = fraction <= 0 && (edge > 0 || closed);
+    rings.push_back(
+        {p, count_around(p.x(), cell, at_vertex ? before(edge) : edges[edge], edges[edge])});
   };
   std::size_t start = 0;
   while (start < edges.size()) {
@@ -254,7 +254,9 @@ mesh::SurfaceProjection project_to_turned(const ProfilePolygon& profile) {
     }
     return std::nullopt;
   };
-  return {to_surface, to_line, 1e-3};
+  // All but what is flat, such as a side between vertices of one circle that crosses an end's face.
+  constexpr double any_angle = 1e-3;
+  return {to_surface, to_line, any_angle};
 }
 
 double turned_volume(const ProfilePolygon& profile) {

@@ -49,7 +49,7 @@ double slowness(const solvers::elements::Elastic& elastic) {
 
 struct Outcome {
   double together = 0, apart = 0;  ///< [s]
-  double dearest = 0;              ///< of the materials apart [s]
+  double slowest = 0;              ///< of the materials apart [s]
   double ratios_apart = 0;         ///< [s], one solve for each Poisson's ratio
   core::Trace trace;
   double worst_error = 0, worst_bound = 0;  ///< [cents]
@@ -95,7 +95,7 @@ Outcome compare(const solvers::mesh::TetMesh& mesh,
   for (const auto& request : all) {
     const double seconds = seconds_of([&] { alone(request); });
     out.apart += seconds;
-    out.dearest = std::max(out.dearest, seconds);
+    out.slowest = std::max(out.slowest, seconds);
   }
   for (std::size_t i = 0; i < sets.size(); ++i) {
     out.worst_bound = std::max(out.worst_bound, sets[i].certificate.basis_error);
@@ -121,7 +121,7 @@ void print_row(const std::string& name, std::int64_t unknowns, const char* task,
       "{:.1f} | {:.4f} | "
       "{:.4f} |\n",
       name, unknowns, task, out.fewest, out.maximum, out.trace.stages["solve"].calls, out.together,
-      out.apart, out.apart / out.together, out.dearest, out.together / out.dearest,
+      out.apart, out.apart / out.together, out.slowest, out.together / out.slowest,
       out.ratios_apart, out.ratios_apart / out.together, out.worst_error, out.worst_bound);
   fmt::print("|   | | | | | of these basis {:.1f}, ritz {:.1f}; {} materials |\n",
              out.trace.stages["basis"].seconds, out.trace.stages["ritz"].seconds, count);
@@ -136,9 +136,9 @@ void run(const std::vector<std::string>& names, double finer, int modes) {
     return m.name.starts_with("gpd_") || m.name.ends_with("_hybrid");
   });
   fmt::print(
-      "| object | unknowns | task | modes | solves | together s | each s | ratio | dearest s | "
+      "| object | unknowns | task | modes | solves | together s | each s | ratio | slowest s | "
       "together / "
-      "dearest | each nu s | ratio | error cents | bound cents |\n"
+      "slowest | each nu s | ratio | error cents | bound cents |\n"
       "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
   for (const auto& body : bodies()) {
     if (!names.empty() && std::find(names.begin(), names.end(), body.name) == names.end()) continue;

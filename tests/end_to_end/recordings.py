@@ -6,7 +6,7 @@ import os
 import pathlib
 import unittest
 
-from program import FolderTest, processor_seconds, run
+from program import LONG, FolderTest, processor_seconds, run
 
 DATA = os.environ.get("CARILLON_TEST_DATA")
 KINDS = ["cowbell_sonicpi", "freepats_009_Glockenspiel_00",
@@ -19,7 +19,7 @@ MAX_SECONDS = 60  # of processor time, each
 
 def recordings():
     folder = pathlib.Path(DATA) / "recordings"
-    if os.environ.get("CARILLON_LONG"):
+    if LONG:
         return sorted(folder.glob("*.wav"))
     return [folder / f"{name}.wav" for name in KINDS]
 

@@ -48,7 +48,7 @@ TEST(Turned, ConvergesToTheFormula) {
   }
 }
 
-/// Circles between cones that meet at 1 to 15 degrees: elements over one would miss what lies about
+/// Circles between cones that meet at 5 to 18 degrees: elements over one would miss what lies about
 /// it at every order, so that no estimate saw it.
 TEST(Turned, SlightCornersAreKept) {
   const GeneratedShape shape{"turned",
