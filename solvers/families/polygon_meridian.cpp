@@ -7,6 +7,8 @@
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Triangulation_vertex_base_with_info_2.h>
 
+#include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -27,6 +29,10 @@ constexpr double angle_bound = 0.01;
 /// Corners that turn further into the body have stresses worth grading for.
 constexpr double min_reentrant = 15 * std::numbers::pi / 180;
 constexpr int grading_steps = 4;
+/// Smaller ones need less of it, and only between long sides: others are points of a curve.
+constexpr double min_slight_reentrant = std::numbers::pi / 180;
+constexpr int slight_grading_steps = 2;
+constexpr double long_side = 0.1;  // of the outline's extent
 
 Vec2 at(const ProfilePolygon& profile, std::size_t i) {
   const auto& p = profile[i % profile.size()];
@@ -38,6 +44,23 @@ double right_turn(const ProfilePolygon& profile, std::size_t i) {
   const Vec2 in = at(profile, i) - at(profile, i + profile.size() - 1);
   const Vec2 out = at(profile, i + 1) - at(profile, i);
   return -std::atan2(in.x() * out.y() - in.y() * out.x(), in.dot(out));
+}
+
+/// How often the blocks around a corner are graded.
+int grading_steps_at(const ProfilePolygon& profile, std::size_t i, double extent) {
+  const double turn = right_turn(profile, i);
+  if (turn > min_reentrant) return grading_steps;
+  if (turn < min_slight_reentrant) return 0;
+  const double before = (at(profile, i) - at(profile, i + profile.size() - 1)).norm();
+  const double after = (at(profile, i + 1) - at(profile, i)).norm();
+  return std::min(before, after) > long_side * extent ? slight_grading_steps : 0;
+}
+
+/// Diagonal of the box around an outline [m].
+double extent_of(const ProfilePolygon& profile) {
+  Eigen::AlignedBox2d box;
+  for (std::size_t i = 0; i < profile.size(); ++i) box.extend(at(profile, i));
+  return box.diagonal().norm();
 }
 
 /// Numbers corners and middles of sides, and makes blocks.
@@ -102,11 +125,9 @@ mesh::Meridian polygon_meridian(const ProfilePolygon& profile) {
     blocks.add(number, corner);
   }
   mesh::Meridian out = blocks.take();
-  for (std::size_t i = 0; i < profile.size(); ++i) {
-    if (right_turn(profile, i) > min_reentrant) {
-      mesh::grade_towards(out, vertices[i]->info(), grading_steps);
-    }
-  }
+  const double extent = extent_of(profile);
+  for (std::size_t i = 0; i < profile.size(); ++i)
+    mesh::grade_towards(out, vertices[i]->info(), grading_steps_at(profile, i, extent));
   return out;
 }
 

@@ -12,8 +12,12 @@
 namespace carillon::solvers::mesh {
 namespace {
 
-/// Edges that turn inward by less are taken for chords of a smooth surface [rad].
-constexpr double min_turn = 15 * std::numbers::pi / 180;
+/// Edges that turn inward by less are taken for chords of a smooth surface where both faces are
+/// plane, and for its approximation where one is curved [rad].
+constexpr double min_plane_turn = 15 * std::numbers::pi / 180;
+constexpr double min_curved_turn = 2 * std::numbers::pi / 180;
+/// Nodes of a plane face lie within this part of its circumference.
+constexpr double plane_tolerance = 1e-6;
 /// Edges that turn outward by as much bound a section, as those of a bar do [rad].
 constexpr double sharp_turn = 60 * std::numbers::pi / 180;
 
@@ -21,7 +25,16 @@ constexpr double sharp_turn = 60 * std::numbers::pi / 180;
 struct EdgeSide {
   Vec3 normal;  ///< outward
   Vec3 inward;  ///< from the edge into the face, perpendicular to the edge
+  bool is_plane;
 };
+
+/// @param nodes  of a face, its corners first
+bool is_plane(const Eigen::Matrix3Xd& nodes) {
+  const Vec3 a = nodes.col(1) - nodes.col(0), b = nodes.col(2) - nodes.col(0);
+  const double tolerance = plane_tolerance * (a.norm() + b.norm() + (b - a).norm());
+  const Vec3 normal = a.cross(b).normalized();
+  return (normal.transpose() * (nodes.colwise() - nodes.col(0))).cwiseAbs().maxCoeff() < tolerance;
+}
 
 /// Angle that the body fills at an edge between two faces of its boundary [rad].
 double filled_angle(const EdgeSide& one, const EdgeSide& other) {
@@ -30,7 +43,8 @@ double filled_angle(const EdgeSide& one, const EdgeSide& other) {
   return std::numbers::pi + (is_inward ? turn : -turn);
 }
 
-/// Calls visit(from, to, filled angle) for every edge between two faces of the boundary, ascending.
+/// Calls visit(from, to, filled angle, whether both faces are plane) for every edge between two
+/// faces of the boundary, ascending.
 template <class Visit>
 void for_each_edge(const TetMesh& mesh, Visit visit) {
   // Gradients of the shape functions half-way along the edges (01), (12), (20) of a face.
@@ -47,17 +61,20 @@ void for_each_edge(const TetMesh& mesh, Visit visit) {
     for (std::size_t n = 0; n < per_face; ++n)
       nodes.col(static_cast<Eigen::Index>(n)) =
           mesh.nodes[static_cast<std::size_t>(mesh.faces[f + n])];
+    const bool plane = is_plane(nodes);
     for (std::size_t i = 0; i < 3; ++i) {
       const Eigen::Matrix3d by_corner = nodes * gradients[i];
       const auto from = static_cast<Eigen::Index>(i), to = (from + 1) % 3, third = (from + 2) % 3;
       const Vec3 along = (by_corner.col(to) - by_corner.col(from)).normalized();
       const Vec3 normal = along.cross(by_corner.col(third) - by_corner.col(from)).normalized();
       sides[std::minmax(mesh.faces[f + i], mesh.faces[f + (i + 1) % 3])].push_back(
-          {normal, normal.cross(along)});
+          {normal, normal.cross(along), plane});
     }
   }
   for (const auto& [edge, beside] : sides)
-    if (beside.size() == 2) visit(edge.first, edge.second, filled_angle(beside[0], beside[1]));
+    if (beside.size() == 2)
+      visit(edge.first, edge.second, filled_angle(beside[0], beside[1]),
+            beside[0].is_plane && beside[1].is_plane);
 }
 
 /// Where an edge is farther off than this, polynomials of the next order gain nine tenths.
@@ -89,7 +106,8 @@ double edge_exponent(double angle) {
 
 std::vector<InwardEdge> inward_edges(const TetMesh& mesh) {
   std::vector<InwardEdge> found;
-  for_each_edge(mesh, [&found](std::int32_t from, std::int32_t to, double angle) {
+  for_each_edge(mesh, [&found](std::int32_t from, std::int32_t to, double angle, bool plane) {
+    const double min_turn = plane ? min_plane_turn : min_curved_turn;
     if (angle >= std::numbers::pi + min_turn) found.push_back({from, to, edge_exponent(angle)});
   });
   return found;
@@ -148,7 +166,7 @@ std::vector<NearestEdge> nearest_edges(const TetMesh& mesh) {
 
 std::vector<bool> between_sharp_edges(const TetMesh& mesh) {
   std::vector<bool> at_node(mesh.nodes.size(), false);
-  for_each_edge(mesh, [&at_node](std::int32_t from, std::int32_t to, double angle) {
+  for_each_edge(mesh, [&at_node](std::int32_t from, std::int32_t to, double angle, bool) {
     if (angle > std::numbers::pi - sharp_turn) return;
     for (const std::int32_t end : {from, to}) at_node[static_cast<std::size_t>(end)] = true;
   });

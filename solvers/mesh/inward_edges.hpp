@@ -20,8 +20,9 @@ struct InwardEdge {
   double exponent;        ///< edge_exponent()
 };
 
-/// The inward edges of a mesh, ascending; those that turn by less than 15 degrees are taken for
-/// chords of a smooth surface.
+/// The inward edges of a mesh, ascending; those between plane faces that turn by less than 15
+/// degrees are taken for chords of a smooth surface, and others by less than 2 for its
+/// approximation.
 /// @param mesh  curved elements of any order
 std::vector<InwardEdge> inward_edges(const TetMesh& mesh);
 

@@ -30,7 +30,7 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 /// Raised whenever the mesher or the repair would give another result for the same request.
-constexpr int mesher_version = 16;
+constexpr int mesher_version = 17;
 
 constexpr const char* folder_hint =
     "make room, or set TMPDIR to a folder that may be written to, on every node; then run the same "

@@ -2,6 +2,7 @@
 // their surfaces and responses to strikes.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <map>
 #include <string>
@@ -36,11 +37,12 @@ solvers::mesh::GeneratedShape shape_of(const std::string& family,
 
 solvers::modes::Modes axisymmetric(const solvers::mesh::Meridian& body,
                                    const solvers::elements::Elastic& material, double top,
-                                   int max_modes = 1000) {
+                                   int max_modes = 1000, double pitch_target = 0.01) {
   solvers::eigen::SolveOptions solve;
   solve.band = {0, top, max_modes};
   core::Trace trace;
-  return solvers::axisymmetric::solve_axisymmetric(body, material, solve, {}, trace);
+  return solvers::axisymmetric::solve_axisymmetric(body, material, solve,
+                                                   {.pitch_target = pitch_target}, trace);
 }
 
 solvers::modes::Modes axisymmetric(const solvers::mesh::GeneratedShape& shape,
@@ -237,6 +239,25 @@ TEST(AxisymmetricTurned, ReentrantCornersConverge) {
   solvers::mesh::grade_towards(blocks, 4, 4);
   expect_same(axisymmetric(polygon, test::steel, 40000), axisymmetric(blocks, test::steel, 40000),
               0.03);
+}
+
+/// Outlines whose corners turn inward, by 10 degrees (three cones) and by 90 (a stepped shaft): no
+/// polynomial follows the field there.
+TEST(AxisymmetricTurned, ErrorBarsHoldWhereCornersTurnInward) {
+  for (const auto& profile :
+       {std::vector<std::array<double, 2>>{
+            {0, 0}, {0.0149, 0}, {0.0426, 0.02}, {0.025, 0.04}, {0.0126, 0.06}, {0, 0.06}},
+        {{0, 0}, {0.03, 0}, {0.03, 0.03}, {0.015, 0.03}, {0.015, 0.09}, {0, 0.09}}}) {
+    const auto body = solvers::families::find_family("turned").meridian(turned(profile));
+    const auto usual = axisymmetric(body, test::steel, 1e9, 16, 5);
+    const auto fine = axisymmetric(body, test::steel, 1e9, 16, 0.01);
+    ASSERT_GE(usual.size(), 12u);
+    for (std::size_t k = 0; k < 12; ++k) {
+      const double error = std::abs(cents(usual.frequency(k), fine.frequency(k)));
+      EXPECT_LE(error, usual.pitch_errors[k]) << "mode " << k + 1;
+      EXPECT_LT(fine.pitch_errors[k], 0.4 * usual.pitch_errors[k]) << "mode " << k + 1;
+    }
+  }
 }
 
 }  // namespace

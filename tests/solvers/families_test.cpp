@@ -295,6 +295,18 @@ TEST(Shells, ACupHasThePappusVolume) {
   EXPECT_NEAR(cup.quality.volume / exact, 1, 5e-5);
 }
 
+/// Elements across the place where the wall begins to swell would miss it at every order.
+TEST(Shells, ABellsElementsEndWhereItsWallSwells) {
+  const auto bell = shape_of("bell", {{"radius", 0.0525},
+                                      {"shoulder_radius", 0.038},
+                                      {"height", 0.11},
+                                      {"wall", 0.003},
+                                      {"lip_wall", 0.009}});
+  const double fine = mesh_of(bell, 4, 0.008).quality.volume;
+  for (const double size : {0.018, 0.022, 0.027})
+    EXPECT_NEAR(mesh_of(bell, 4, size).quality.volume / fine, 1, 2e-6) << size;
+}
+
 TEST(Wrench, HasTheAreaOfItsOutline) {
   // Round head less slot, neck with fillets, handle and round end, by lines and circles.
   const double head = 0.025, jaw = 0.01, handle = 0.0085, length = 0.2, thickness = 0.006;

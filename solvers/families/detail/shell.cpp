@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "solvers/families/extrude.hpp"
 #include "solvers/mesh/sizing.hpp"
@@ -12,13 +13,17 @@
 namespace carillon::solvers::families {
 namespace {
 
-/// Ends u of the cells that a segment is cut into: no longer than `cell`, shorter where it bends.
-std::vector<double> divide(const ProfileSegment& segment, double cell, double wall) {
+/// Ends of the cells that a smooth piece of a profile is cut into: no longer than `cell`, shorter
+/// where it bends.
+/// @param from,to  coordinates s
+std::vector<double> divide(const Profile& profile, double from, double to, double cell,
+                           double wall) {
   constexpr int steps = 256;
+  const auto place = [from, to](double step) { return from + (to - from) * step / steps; };
   std::vector<double> cumulated{0};
-  ProfilePoint before = segment.point(0);
+  ProfilePoint before = profile.point(from);
   for (int i = 1; i <= steps; ++i) {
-    const ProfilePoint now = segment.point(static_cast<double>(i) / steps);
+    const ProfilePoint now = profile.point(place(i));
     const double chord = (now.at - before.at).norm();
     const double cosine = std::clamp(now.tangent.dot(before.tangent), -1.0, 1.0);
     const double angle = std::acos(cosine);
@@ -34,27 +39,43 @@ std::vector<double> divide(const ProfileSegment& segment, double cell, double wa
     const double goal = cumulated.back() * k / count;
     while (cumulated[at + 1] < goal) ++at;
     const double within = (goal - cumulated[at]) / (cumulated[at + 1] - cumulated[at]);
-    ends.push_back((static_cast<double>(at) + within) / steps);
+    ends.push_back(place(static_cast<double>(at) + within));
   }
-  ends.push_back(1);
+  ends.push_back(to);
   return ends;
 }
 
-/// The disc whose radius is the profile's coordinate s, its circles at the profile's joints.
+/// Ascending, without those that nearly coincide with others and would make slivers; the last
+/// stays.
+std::vector<double> distinct(std::vector<double> joints, const Shell& shell) {
+  std::sort(joints.begin(), joints.end());
+  const double minimum = 0.2 * shell.thinnest, last = joints.back();
+  joints.erase(std::unique(joints.begin(), joints.end(),
+                           [minimum](double a, double b) { return b - a < minimum; }),
+               joints.end());
+  joints.back() = last;
+  return joints;
+}
+
+/// Places s where the wall's middle line or its thickness is not smooth, and its end.
+std::vector<double> joints_of(const Shell& shell) {
+  std::vector<double> joints = shell.wall_joints;
+  double length = 0;
+  for (const auto& segment : shell.profile.segments()) joints.push_back(length += segment.length);
+  return distinct(std::move(joints), shell);
+}
+
+/// The disc whose radius is the profile's coordinate s, its circles at the wall's joints.
 DiscGrid plan(const Shell& shell, double cell) {
-  const auto& segments = shell.profile.segments();
   const double radius = shell.profile.largest_radius();
   const double around =
       2 * std::numbers::pi * radius / std::min(cell, mesh::max_chord(radius, shell.thinnest));
   const int around_by_four = std::max(3, static_cast<int>(std::ceil(around / 4 * (1 - 1e-9))));
-  const double flat = segments.front().length;
-  DiscGrid disc = flat_disc(4 * around_by_four, flat, cell);
-  double start = flat;
-  for (std::size_t i = 1; i < segments.size(); ++i) {
-    for (double u : divide(segments[i], cell, shell.thinnest))
-      disc.circles.push_back(start + u * segments[i].length);
-    start += segments[i].length;
-  }
+  const std::vector<double> joints = joints_of(shell);
+  DiscGrid disc = flat_disc(4 * around_by_four, joints.front(), cell);
+  for (std::size_t i = 0; i + 1 < joints.size(); ++i)
+    for (const double s : divide(shell.profile, joints[i], joints[i + 1], cell, shell.thinnest))
+      disc.circles.push_back(s);
   return disc;
 }
 
@@ -92,18 +113,11 @@ mesh::MeshResult mesh_shell(const Shell& shell, const mesh::MeshOptions& options
 }
 
 mesh::Meridian shell_meridian(const Shell& shell) {
-  std::vector<double> joints = shell.wall_joints;
-  double length = 0;
-  for (const auto& segment : shell.profile.segments()) joints.push_back(length += segment.length);
+  std::vector<double> joints = joints_of(shell);
+  const double length = joints.back();
   joints.insert(joints.end(), {0, mesh::with_edge_layers(length, shell.wall(length)).rbegin()[1]});
-  std::sort(joints.begin(), joints.end());
-  // Joints that nearly coincide would make slivers of blocks.
-  const double minimum = 0.2 * shell.thinnest;
-  joints.erase(std::unique(joints.begin(), joints.end(),
-                           [minimum](double a, double b) { return b - a < minimum; }),
-               joints.end());
-  if (joints.size() == 1) joints.push_back(length);  // a wall thicker than it is long
-  joints.back() = length;
+  joints = distinct(std::move(joints), shell);
+  if (joints.size() == 1) joints.insert(joints.begin(), 0);  // a wall thicker than it is long
   mesh::Meridian out;
   for (std::size_t i = 0; i + 1 < joints.size(); ++i) {
     const int corner = 2 * static_cast<int>(i);
