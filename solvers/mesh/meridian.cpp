@@ -323,6 +323,7 @@ void grade_towards(Meridian& meridian, int corner, int steps, double ratio) {
       finer.blocks.push_back(piece({on_up, inside, far, up}, {0, q}, {q, q}, {1, 1}, {0, 1}));
     }
     meridian = std::move(finer);
+    meridian.is_graded = true;
   }
 }
 

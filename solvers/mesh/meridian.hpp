@@ -24,6 +24,7 @@ struct MeridianBlock {
 /// along the axis, edges of blocks lie on it (radius exactly 0).
 struct Meridian {
   std::vector<MeridianBlock> blocks;
+  bool is_graded = false;  ///< towards corners that turn inward, grade_towards()
 };
 
 /// Rectangles between neighbouring radii and heights [m], ascending.

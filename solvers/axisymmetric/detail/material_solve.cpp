@@ -13,9 +13,6 @@ namespace carillon::solvers::axisymmetric {
 namespace {
 
 using std::numbers::pi;
-/// The next order misses a part of what it changes: 3 to 16 % in most families, a quarter where a
-/// mode has hardly one cell to a half wave, and up to a half where corners turn inward.
-constexpr double saturation = 1.5;
 /// Bodies with more modes than this in the band are not solved far beyond max_modes.
 constexpr double many_modes = 300;
 /// Far below the first mode an inertia count drowns in rounding.
@@ -127,7 +124,7 @@ void MaterialSolve::list() {
                    [](const Found& a, const Found& b) { return a.eigenvalue < b.eigenvalue; });
 }
 
-double MaterialSolve::estimate_errors(const HarmonicForms& finer_section) {
+double MaterialSolve::estimate_errors(const HarmonicForms& finer_section, double saturation) {
   const core::ScopedTimer timer(trace_.stages["estimate"]);
   const HarmonicForms finer = in_material(finer_section, material_);
   double worst = 0;

@@ -28,8 +28,10 @@ class MaterialSolve {
   /// Finds the modes that were counted.
   /// @throws core::TimeError  time has passed; count() and estimate_errors() too
   void solve();
-  /// Compares with the same cells at the next order. @return the worst error [cents]
-  double estimate_errors(const HarmonicForms& finer_section);
+  /// Compares with the same cells at the next order.
+  /// @param saturation  an error over what the next order changes
+  /// @return the worst error [cents]
+  double estimate_errors(const HarmonicForms& finer_section, double saturation);
   /// Keeps the modes of the band. @return the highest harmonic among them
   int select();
   /// What select() kept, on a surface that is made for its harmonics or higher ones.
