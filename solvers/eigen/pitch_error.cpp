@@ -19,9 +19,10 @@ namespace carillon::solvers::eigen {
 namespace {
 
 /// The next order misses an error of its own, a part of that of the solved order 1, 2, ...: 3 to 20
-/// % of it at most sizes, a third where a mode has hardly one element to a half wave, half of order
-/// 4's there; next to nothing where elements are of order 1.
-constexpr std::array<double, 4> saturation = {1.03, 1.15, 1.3, 1.5};
+/// % of it at most sizes, a third where a mode has hardly one element to a half wave or blunt
+/// corners bound the field's smoothness, half of order 4's there; next to nothing where elements
+/// are of order 1.
+constexpr std::array<double, 4> saturation = {1.03, 1.15, 1.4, 1.5};
 /// Finer elements only lower pitches: what rises is the geometry's, of which nearly all is seen.
 constexpr double geometry_saturation = 1.05;
 /// The warping of a bar's section takes even orders: where one element is all of the section, order
