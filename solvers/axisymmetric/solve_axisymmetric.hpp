@@ -41,9 +41,10 @@ struct MaterialBand {
 /// All materials share the section's cells, as fine as the most demanding of them asks, and the
 /// surface: a place on it is the same in every one's modes.
 ///
-/// Modes::surface is the outline turned about z, triangles of order 3. Pitch errors are 1.15 times
-/// the differences to the same cells at the next order, as one step of inverse iteration from the
-/// modes and Rayleigh and Ritz's procedure give them.
+/// Modes::surface is the outline turned about z, triangles of order 3. Pitch errors are 1.25 times
+/// the differences to the same cells at the next order, 1.5 times where corners turn inward
+/// (Meridian::is_graded), as one step of inverse iteration from the modes and Rayleigh and Ritz's
+/// procedure give them.
 ///
 /// Of the options tolerance, time and estimate_errors apply. A SolverEnvironment must be alive.
 ///
