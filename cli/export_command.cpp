@@ -11,6 +11,7 @@
 #include "core/json.hpp"
 #include "core/trace.hpp"
 #include "dataset/configuration/about.hpp"
+#include "dataset/exporters/data_card.hpp"
 #include "dataset/exporters/export.hpp"
 #include "dataset/exporters/export_folder.hpp"
 #include "dataset/exporters/whole_dataset.hpp"
@@ -36,10 +37,10 @@ ordered_json samples_by_part(const dataset::exporters::ExportedRows& rows) {
   return counts;
 }
 
-/// What the dataset says of itself, for its description in other formats.
+/// What the dataset says of itself, for its descriptions in other formats.
 /// @throws FileError  dataset.json is damaged
-ordered_json head_of(const std::filesystem::path& folder,
-                     const dataset::exporters::ExportedRows& rows) {
+dataset::exporters::CardSource source_of(const std::filesystem::path& folder,
+                                         const ExportOptions& options) {
   const std::filesystem::path path = folder / "dataset.json";
   const ordered_json said =
       std::filesystem::exists(path) ? core::read_ordered_json(path) : ordered_json::object();
@@ -47,10 +48,8 @@ ordered_json head_of(const std::filesystem::path& folder,
     throw core::FileError(fmt::format(
         "{} is damaged: `carillon build` of the same configuration writes it anew", path.string()));
   }
-  return dataset::run::croissant_head(
-      said.value("name", folder.filename().string()),
-      dataset::configuration::about_from(said.value("about", ordered_json::object())),
-      dataset::run::samples_sentence(rows.size()));
+  return {said.value("name", folder.filename().string()), said, options.format, options.split,
+          options.arrays};
 }
 
 ordered_json to_json(const std::vector<dataset::exporters::ExportedFile>& files) {
@@ -77,6 +76,37 @@ std::vector<dataset::exporters::ExportedFile> gather(
   return all;
 }
 
+/// This rank's share of the sounds and labels.
+std::vector<dataset::exporters::ExportedFile> write_samples(const dataset::exporters::Export& task,
+                                                            const ExportOptions& options) {
+  if (options.format == "wav") return dataset::exporters::write_audio_folder(task);
+  if (options.format == "lhotse") return dataset::exporters::write_lhotse(task);
+  return dataset::exporters::write_web_dataset(task, options.arrays, options.per_shard);
+}
+
+/// dataset.json, README.md and croissant.json of an export.
+/// @param files  of all ranks
+void write_descriptions(const std::filesystem::path& folder,
+                        const dataset::exporters::CardSource& source,
+                        const dataset::exporters::Export& task,
+                        std::vector<dataset::exporters::ExportedFile> files) {
+  const auto add = [&](const char* name, const std::string& text) {
+    core::write_text_durably(task.output / name, text);
+    files.push_back(dataset::exporters::exported_file(task.output, name));
+  };
+  if (std::filesystem::exists(folder / "dataset.json")) {
+    add("dataset.json", core::read_file(folder / "dataset.json"));
+  }
+  add("README.md", dataset::exporters::data_card(source, task.rows, task.index));
+  const ordered_json head = dataset::run::croissant_head(
+      source.name,
+      dataset::configuration::about_from(source.said.value("about", ordered_json::object())),
+      dataset::run::samples_sentence(task.rows.size()));
+  const ordered_json croissant =
+      dataset::exporters::croissant_of(head, source.format, files, task.rows, task.index);
+  core::write_text_durably(task.output / "croissant.json", croissant.dump(2) + "\n");
+}
+
 void run_export(const ExportOptions& options, const Context& context) {
   const double start = core::monotonic_seconds();
   const std::filesystem::path folder = core::tidy_path(options.dataset);
@@ -84,7 +114,7 @@ void run_export(const ExportOptions& options, const Context& context) {
       options.output.empty() ? folder.filename().string() + "-" + options.format : options.output;
   std::optional<core::Hdf5Group> index;
   std::optional<dataset::exporters::ExportedRows> rows;
-  ordered_json head;
+  dataset::exporters::CardSource source;
   mpi::agreed(context.world, [&] {
     if (!std::filesystem::exists(folder / "index.h5")) {
       throw core::InputError(fmt::format("{} is no dataset", folder.string()),
@@ -93,29 +123,19 @@ void run_export(const ExportOptions& options, const Context& context) {
     index = core::Hdf5Group::open_file(folder / "index.h5");
     if (context.speaks()) dataset::exporters::require_whole(folder, *index, options.arrays);
     rows.emplace(*index, options.split);
-    head = head_of(folder, *rows);
+    source = source_of(folder, options);
   });
   mpi::agreed(context.world, [&] {
     if (context.speaks()) dataset::exporters::ExportFolder::begin(output);
   });
+  const dataset::exporters::Export task{
+      output, *index, *rows, mpi::rank(context.world), mpi::size(context.world), context.quiet};
   std::vector<dataset::exporters::ExportedFile> files;
-  mpi::agreed(context.world, [&] {
-    const dataset::exporters::Export task{
-        output, *index, *rows, mpi::rank(context.world), mpi::size(context.world), context.quiet};
-    files = options.format == "wav"
-                ? dataset::exporters::write_audio_folder(task)
-                : dataset::exporters::write_web_dataset(task, options.arrays, options.per_shard);
-  });
+  mpi::agreed(context.world, [&] { files = write_samples(task, options); });
   files = gather(files, context.world);
   mpi::agreed(context.world, [&] {
     if (!context.speaks()) return;
-    if (std::filesystem::exists(folder / "dataset.json")) {
-      core::write_text_durably(output / "dataset.json", core::read_file(folder / "dataset.json"));
-      files.push_back(dataset::exporters::exported_file(output, "dataset.json"));
-    }
-    const ordered_json croissant =
-        dataset::exporters::croissant_of(head, options.format, files, *rows, *index);
-    core::write_text_durably(output / "croissant.json", croissant.dump(2) + "\n");
+    write_descriptions(folder, source, task, files);
     dataset::exporters::ExportFolder::finish(output);
   });
   if (!context.speaks()) return;
@@ -147,11 +167,11 @@ void add_export(Program& program, Context& context) {
   command.option("dataset", options->dataset, "folder of a dataset").required();
   command
       .option("--format", options->format,
-              "wav: files and a metadata.csv for each part (AudioFolder); webdataset: tar "
-              "files of shuffled samples")
+              "wav: files and a metadata.jsonl for each part (AudioFolder); webdataset: tar "
+              "files of shuffled samples; lhotse: as wav, with manifests whose events are strikes")
       .required()
       .check(refuse_croissant)
-      .one_of({"wav", "webdataset"});
+      .one_of({"wav", "webdataset", "lhotse"});
   command.option("-o,--output", options->output,
                  "new folder (default: DATASET-FORMAT in the current one)");
   command.option("--split", options->split, "column that says which part a sample is in")
@@ -165,12 +185,14 @@ void add_export(Program& program, Context& context) {
       "Examples:\n"
       "  carillon export carillon-smoke --format wav\n"
       "  mpirun -n 4 carillon export kitchen --format webdataset --with mel voxels -o shards\n"
-      "Every export has a croissant.json, as every dataset has.\n"
+      "  carillon export carillon-dominoes --format lhotse\n"
+      "Every export has a README.md, the data card of the Hugging Face Hub, and a croissant.json, "
+      "as every dataset has.\n"
       "docs/exports.md");
   command.does([&context, options] {
     if (options->format != "webdataset" && !options->arrays.empty()) {
       throw core::InputError("--with goes with --format webdataset",
-                             "the other columns are in metadata.csv");
+                             "the other columns are in metadata.jsonl");
     }
     run_export(*options, context);
   });

@@ -1,10 +1,14 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <fstream>
+#include <iterator>
+#include <map>
+#include <set>
 #include <span>
 
-#include "core/csv.hpp"
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "core/progress.hpp"
@@ -31,7 +35,7 @@ void write_sounds(const Export& task) {
     const std::vector<core::AudioClip> clips = audio.read(first, count);
     for (std::size_t i = 0; i < count; ++i) {
       const std::size_t row = first + i;
-      const fs::path path = task.output / task.rows.part(row) / (task.rows.key(row) + ".wav");
+      const fs::path path = task.output / sound_path(task.rows, row);
       fs::create_directories(path.parent_path());
       core::write_wav(path, clips[i], audio.format());
     }
@@ -41,36 +45,62 @@ void write_sounds(const Export& task) {
 }
 
 /// A part's table, row by row: of a large set it is gigabytes.
-void write_table(const ExportedRows& all, std::span<const std::size_t> rows, const fs::path& path) {
+/// @return labels that have a value in any of the rows
+std::set<std::string> write_table(const ExportedRows& all, std::span<const std::size_t> rows,
+                                  const fs::path& path) {
   std::ofstream table(path, std::ios::binary);
-  std::vector<std::string> cells = {"file_name"};
-  for (const ExportedRows::Column& column : all.columns()) {
-    cells.insert(cells.end(), column.labels.begin(), column.labels.end());
-  }
-  table << core::csv_line(cells);
+  std::set<std::string> told;
   LabelStream labels(all, rows);
   for (const std::size_t row : rows) {
-    cells = {all.key(row) + ".wav"};
-    for (const ordered_json& value : labels.next()) cells.push_back(core::csv_value(value));
-    table << core::csv_line(cells);
+    ordered_json line = {{"file_name", all.key(row) + ".wav"}};
+    for (const auto& [label, value] : labels.next().items()) {
+      if (!value.is_null()) told.insert(label);
+      line[label] = value;
+    }
+    table << line.dump() << '\n';
   }
   table.close();
   if (!table) throw core::FileError(fmt::format("{}: cannot be written", path.string()));
+  return told;
+}
+
+/// AudioFolder takes types from each part's table alone, and refuses tables that differ.
+void warn_of_empty_columns(const std::map<std::string, std::set<std::string>>& told) {
+  std::set<std::string> of_any;
+  for (const auto& [part, labels] : told) of_any.insert(labels.begin(), labels.end());
+  for (const auto& [part, labels] : told) {
+    std::vector<std::string> empty;
+    std::set_difference(of_any.begin(), of_any.end(), labels.begin(), labels.end(),
+                        std::back_inserter(empty));
+    if (empty.empty()) continue;
+    spdlog::warn(
+        "{} has no value of {}, which other parts have: Hugging Face's audiofolder takes such "
+        "tables "
+        "for different; docs/exports.md has the lines that write Parquet",
+        part, fmt::join(empty, ", "));
+  }
 }
 
 std::vector<ExportedFile> write_metadata(const Export& task) {
   std::vector<ExportedFile> files;
+  std::map<std::string, std::set<std::string>> told;
   for (const auto& [part, rows] : task.rows.by_part()) {
-    const std::string path = part + "/metadata.csv";
+    const std::string path = part + "/metadata.jsonl";
     const std::span<const std::size_t> own = rows;
-    core::write_durably(task.output / path,
-                        [&](const fs::path& temporary) { write_table(task.rows, own, temporary); });
+    core::write_durably(task.output / path, [&, &name = part](const fs::path& temporary) {
+      told[name] = write_table(task.rows, own, temporary);
+    });
     files.push_back(exported_file(task.output, path));
   }
+  warn_of_empty_columns(told);
   return files;
 }
 
 }  // namespace
+
+std::string sound_path(const ExportedRows& rows, std::size_t row) {
+  return fmt::format("{}/{}.wav", rows.part(row), rows.key(row));
+}
 
 std::vector<ExportedFile> write_audio_folder(const Export& task) {
   write_sounds(task);

@@ -33,9 +33,19 @@ struct ExportedFile {
 };
 
 /// This rank's share of Hugging Face's AudioFolder layout: PART/KEY.wav. Rank 0 also writes
-/// PART/metadata.csv, whose column `file_name` names the files.
+/// PART/metadata.jsonl, whose `file_name` names the files and whose values have the same types in
+/// all parts.
 /// @return the tables
 std::vector<ExportedFile> write_audio_folder(const Export& task);
+
+/// Where a sample's sound is in that layout, from the export's folder.
+std::string sound_path(const ExportedRows& rows, std::size_t row);
+
+/// This rank's share of the same files, with which rank 0 writes Lhotse's manifests
+/// recordings_PART.jsonl and supervisions_PART.jsonl: an event for each stored strike of a
+/// simulation, or one for a clip of one strike. Times in seconds from the clip's begin.
+/// @return the tables and manifests
+std::vector<ExportedFile> write_lhotse(const Export& task);
 
 /// This rank's share of WebDataset's layout: PART-NNNNNN.tar with KEY.wav, KEY.json and, of each
 /// further column, KEY.NAME.npy; samples in an order that is random but fixed.
@@ -51,7 +61,7 @@ ExportedFile exported_file(const std::filesystem::path& folder, const std::strin
 
 /// The Croissant description of an export: its files, and records that joins of them make.
 /// @param head    as croissant_head makes it
-/// @param format  `wav` or `webdataset`
+/// @param format  `wav`, `webdataset` or `lhotse`
 /// @param files   of all ranks, and others of the export
 nlohmann::ordered_json croissant_of(nlohmann::ordered_json head, const std::string& format,
                                     const std::vector<ExportedFile>& files,

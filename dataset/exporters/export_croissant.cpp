@@ -34,15 +34,16 @@ ExportedFile exported_file(const std::filesystem::path& folder, const std::strin
 ordered_json croissant_of(ordered_json head, const std::string& format,
                           const std::vector<ExportedFile>& files, const ExportedRows& rows,
                           const core::Hdf5Group& index) {
-  const bool tables = format == "wav";
+  const bool tables = format != "webdataset";
   ordered_json distribution = ordered_json::array(), archives = ordered_json::array();
   for (const ExportedFile& file : files) {
     distribution.push_back(run::croissant_file(file.path, file.sha256, file.bytes));
     if (file.path.ends_with(".tar")) archives.push_back({{"@id", file.path}});
   }
   ordered_json sounds = run::croissant_files("sounds", "audio/wav", "*.wav");
-  ordered_json labels = tables ? run::croissant_files("label-files", "text/csv", "*/metadata.csv")
-                               : run::croissant_files("label-files", "application/json", "*.json");
+  ordered_json labels =
+      tables ? run::croissant_files("label-files", "application/jsonlines", "*/metadata.jsonl")
+             : run::croissant_files("label-files", "application/json", "*.json");
   if (!tables) sounds["containedIn"] = labels["containedIn"] = archives;
   distribution.push_back(std::move(sounds));
   distribution.push_back(std::move(labels));

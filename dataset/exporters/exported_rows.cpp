@@ -49,9 +49,18 @@ ordered_json label_value(const T& value) {
     return core::number_or_null(std::stod(fmt::format("{}", value)));
   } else if constexpr (std::is_same_v<T, double>) {
     return core::number_or_null(value);
+  } else if constexpr (std::is_same_v<T, std::uint64_t>) {
+    return fmt::format("{}", value);
   } else {
     return value;
   }
+}
+
+/// What readers of the labels take: 64 bits without a sign are beyond the numbers that JSON's
+/// readers and int64 hold.
+std::string label_type(const std::string& stored) {
+  if (stored == "text" || stored == "uint64") return "text";
+  return stored.starts_with("float") ? "float64" : "int64";
 }
 
 /// Puts a column's values of some rows into their labels.
@@ -99,9 +108,9 @@ void ExportedRows::add(const std::string& name) {
   const std::uint64_t width =
       std::accumulate(extent.begin() + 1, extent.end(), std::uint64_t{1}, std::multiplies<>());
   if (width > core::longest_shown || width == 0) return;
-  const std::string type = index_.element_type(name);
-  const std::string unit = type == "text" ? "1" : index_.text_attribute("unit", name);
-  columns_.push_back({name, type, unit, label_names(name, extent)});
+  const std::string stored = index_.element_type(name);
+  const std::string unit = stored == "text" ? "1" : index_.text_attribute("unit", name);
+  columns_.push_back({name, stored, label_type(stored), unit, label_names(name, extent)});
 }
 
 std::map<std::string, std::vector<std::size_t>> ExportedRows::by_part() const {
@@ -117,13 +126,13 @@ std::vector<ordered_json> ExportedRows::labels(std::span<const std::size_t> rows
   std::sort(order.begin(), order.end(),
             [&](std::size_t a, std::size_t b) { return rows[a] < rows[b]; });
   for (const Column& column : columns_) {
-    if (column.type == "text") {
+    if (column.stored == "text") {
       read_labels<std::string>(index_, column, rows, order, labels);
-    } else if (column.type == "float32") {
+    } else if (column.stored == "float32") {
       read_labels<float>(index_, column, rows, order, labels);
-    } else if (column.type == "float64") {
+    } else if (column.stored == "float64") {
       read_labels<double>(index_, column, rows, order, labels);
-    } else if (column.type == "uint64") {
+    } else if (column.stored == "uint64") {
       read_labels<std::uint64_t>(index_, column, rows, order, labels);
     } else {
       read_labels<std::int64_t>(index_, column, rows, order, labels);

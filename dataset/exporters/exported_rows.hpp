@@ -18,7 +18,10 @@ class ExportedRows {
  public:
   /// A column of the index, told as one column for each value of a row.
   struct Column {
-    std::string name, type, unit;     ///< type: as Hdf5Group::element_type
+    std::string name;
+    std::string stored;               ///< as Hdf5Group::element_type
+    std::string type;                 ///< of its labels: `text`, `int64` or `float64`
+    std::string unit;                 ///< "1": a number alone, or a text
     std::vector<std::string> labels;  ///< `name`; `name_x`, ... of vectors; else `name_0`, ...
   };
 
@@ -37,7 +40,8 @@ class ExportedRows {
   std::uint64_t id(std::size_t row) const { return ids_[row]; }
 
   const std::vector<Column>& columns() const { return columns_; }
-  /// Labels of some rows, in their order: the values by label, null where there is no number.
+  /// Labels of some rows, in their order: the values by label, null where there is no number. Each
+  /// is of its column's type; an id, which takes all 64 bits, is a text.
   std::vector<nlohmann::ordered_json> labels(std::span<const std::size_t> rows) const;
 
  private:

@@ -43,8 +43,8 @@ std::string header(const FaustProgram& program) {
 // output is the velocity of the struck point along its outward normal [m/s], times the gain. A
 // force points inward. `object(position, force)`, in other programs: component("FILE.dsp").object.
 //
-// To the extent that its maker has rights in it, this program's text is free for any use (CC0 1.0);
-// the shape may have an author of its own.
+// This instrument is its maker's own: the licence of Carillon does not extend to it, and what Carillon
+// puts into this text is free for any use (CC0 1.0). The shape may have an author of its own.
 
 )";
   text += fmt::format("declare name \"{}\";\n", plain(program.name));
@@ -54,7 +54,7 @@ std::string header(const FaustProgram& program) {
       "declare author \"Carillon {0}\";\n",
       core::version());
   text +=
-      "declare license \"CC0-1.0\";\n\n"
+      "declare license \"its maker's own; what Carillon puts into it is CC0-1.0\";\n\n"
       "import(\"stdfaust.lib\");\n";
   return text;
 }

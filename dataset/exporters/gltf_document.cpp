@@ -87,7 +87,12 @@ std::string gltf_bytes(const GltfObject& object) {
     mesh["extras"]["modes"] = facts;
   }
   file.document = {
-      {"asset", {{"version", "2.0"}, {"generator", fmt::format("Carillon {}", core::version())}}},
+      {"asset",
+       {{"version", "2.0"},
+        {"generator", fmt::format("Carillon {}", core::version())},
+        {"copyright",
+         "its maker's own: the licence of Carillon does not extend to it; the shape may have an "
+         "author of its own"}}},
       {"scene", 0},
       {"scenes", {{{"nodes", {0}}}}},
       {"nodes", {{{"mesh", 0}, {"name", object.name}}}},

@@ -84,8 +84,10 @@ namespace {
 
 std::string mime_type(const std::string& path) {
   static const std::map<std::string, const char*> types = {
-      {".wav", "audio/wav"}, {".png", "image/png"},         {".mp4", "video/mp4"},
-      {".csv", "text/csv"},  {".tar", "application/x-tar"}, {".json", "application/json"}};
+      {".wav", "audio/wav"},         {".png", "image/png"},
+      {".mp4", "video/mp4"},         {".csv", "text/csv"},
+      {".tar", "application/x-tar"}, {".json", "application/json"},
+      {".md", "text/markdown"},      {".jsonl", "application/jsonlines"}};
   const auto found = types.find(std::filesystem::path(path).extension().string());
   return found != types.end() ? found->second : "application/x-hdf5";
 }
