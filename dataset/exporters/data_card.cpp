@@ -240,7 +240,9 @@ std::string license_text(const configuration::About& about) {
   }
   if (!about.version.empty()) text += fmt::format("\nVersion {}.\n", about.version);
   if (!about.url.empty()) text += fmt::format("\n<{}>\n", about.url);
-  if (!about.cite_as.empty()) text += fmt::format("\nTo be cited as: {}\n", about.cite_as);
+  if (!about.cite_as.empty()) {
+    text += fmt::format("\nTo be cited as:\n\n```\n{}\n```\n", about.cite_as);
+  }
   return text;
 }
 

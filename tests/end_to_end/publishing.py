@@ -210,7 +210,7 @@ class Published(FolderTest):
         self.assertIn(json.loads((self.dataset / "dataset.json").read_text())["configuration"],
                       self.text)
         self.assertIn("does not extend to what is made with it", self.text)
-        for words in ("\nODbL-1.0.\n", "Made by A, B.", "To be cited as: A and B",
+        for words in ("\nODbL-1.0.\n", "Made by A, B.", "To be cited as:\n\n```\nA and B\n```\n",
                       "| 0012 | 1e+11 | 0.34 | 8500 |", "| tile | 2 | tile-000, tile-001 |"):
             self.assertIn(words, self.text)
 
