@@ -80,8 +80,9 @@ void Columns::put_before(const Hdf5Group& shard, std::uint64_t rows) {
 }
 
 void Columns::write(const Hdf5Group& group) const {
-  // Wide columns are chunked so that one sample can be read without its neighbours.
-  constexpr std::uint64_t wide = 1024, values_per_chunk = 1 << 18;
+  // A row of a wide column is decompressed alone: training reads rows in random order, and chunks
+  // of five rows of `mel` save a twentieth of a percent of the disk for a third of the speed.
+  constexpr std::uint64_t wide = 1024;
   for (const std::string& name : order_) {
     const Column& column = columns_.at(name);
     if (column.rows != columns_.at(order_.front()).rows) {
@@ -92,14 +93,11 @@ void Columns::write(const Hdf5Group& group) const {
     extent.insert(extent.end(), column.inner.begin(), column.inner.end());
     const std::uint64_t row = std::accumulate(column.inner.begin(), column.inner.end(),
                                               std::uint64_t{1}, std::multiplies<>());
-    StorageOptions storage;
-    if (row >= wide) {
-      storage.chunk_rows = std::clamp<std::uint64_t>(values_per_chunk / row, 1, column.rows);
-      storage.deflate = 1;
-    }
     std::visit(
         [&](const auto& values) {
           using T = typename std::decay_t<decltype(values)>::value_type;
+          StorageOptions storage;
+          if (row >= wide) storage = {.chunk_rows = 1, .deflate = 1};
           group.write<T>(name, values, extent, storage);
         },
         column.values);

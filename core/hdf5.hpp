@@ -82,7 +82,7 @@ class Hdf5Group {
              const StorageOptions& storage = {}) const;
   template <class T>
   std::vector<T> read(const std::string& name) const;
-  /// Rows [first, first + count) along the first axis.
+  /// Rows [first, first + count) along the first axis; Hdf5Rows for who reads more than once.
   template <class T>
   std::vector<T> read_rows(const std::string& name, std::uint64_t first, std::uint64_t count) const;
   Extent extent(const std::string& name) const;
@@ -102,7 +102,8 @@ class Hdf5Group {
   void write_rows(const std::string& name, std::uint64_t first, std::span<const T> values) const;
 
   /// A dataset whose rows are those of `sources`, one after the other; element type and inner
-  /// extent are taken from the first source's file.
+  /// extent are taken from the first source's file. Rows of a file that is lost later are errors
+  /// here; who reads them by HDF5 alone finds NaN, or -32,768 in 16 bits.
   /// @param folder  that of the file that joins
   void write_virtual(const std::string& name, const std::filesystem::path& folder,
                      std::span<const VirtualSource> sources) const;
@@ -121,6 +122,7 @@ class Hdf5Group {
   std::map<std::string, std::string> attributes(const std::string& object = ".") const;
 
  private:
+  friend class Hdf5Rows;
   Hdf5Group(Hdf5Object id, std::string file) : id_(std::move(id)), file_(std::move(file)) {}
   Hdf5Object id_;
   std::string file_;

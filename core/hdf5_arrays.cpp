@@ -16,68 +16,6 @@ using namespace hdf5;
 
 namespace {
 
-/// Type on disk, little-endian on every machine. Owned, as texts need a copy.
-template <class T>
-Hdf5Object stored_type() {
-  if constexpr (std::is_same_v<T, std::string>) return text_type();
-  if constexpr (std::is_same_v<T, float>) return Hdf5Object(H5Tcopy(H5T_IEEE_F32LE), H5Tclose);
-  if constexpr (std::is_same_v<T, double>) return Hdf5Object(H5Tcopy(H5T_IEEE_F64LE), H5Tclose);
-  if constexpr (std::is_same_v<T, std::int8_t>) return Hdf5Object(H5Tcopy(H5T_STD_I8LE), H5Tclose);
-  if constexpr (std::is_same_v<T, std::int16_t>)
-    return Hdf5Object(H5Tcopy(H5T_STD_I16LE), H5Tclose);
-  if constexpr (std::is_same_v<T, std::int32_t>)
-    return Hdf5Object(H5Tcopy(H5T_STD_I32LE), H5Tclose);
-  if constexpr (std::is_same_v<T, std::int64_t>)
-    return Hdf5Object(H5Tcopy(H5T_STD_I64LE), H5Tclose);
-  if constexpr (std::is_same_v<T, std::uint8_t>) return Hdf5Object(H5Tcopy(H5T_STD_U8LE), H5Tclose);
-  if constexpr (std::is_same_v<T, std::uint16_t>)
-    return Hdf5Object(H5Tcopy(H5T_STD_U16LE), H5Tclose);
-  if constexpr (std::is_same_v<T, std::uint32_t>)
-    return Hdf5Object(H5Tcopy(H5T_STD_U32LE), H5Tclose);
-  if constexpr (std::is_same_v<T, std::uint64_t>)
-    return Hdf5Object(H5Tcopy(H5T_STD_U64LE), H5Tclose);
-}
-
-template <class T>
-Hdf5Object memory_type() {
-  Hdf5Object stored = stored_type<T>();
-  if constexpr (std::is_same_v<T, std::string>) {
-    return stored;
-  } else {
-    return Hdf5Object(H5Tget_native_type(stored.get(), H5T_DIR_ASCEND), H5Tclose);
-  }
-}
-
-std::uint64_t product(const Extent& extent, std::size_t first_axis = 0) {
-  std::uint64_t count = 1;
-  for (std::size_t axis = first_axis; axis < extent.size(); ++axis) count *= extent[axis];
-  return count;
-}
-
-std::string shape_text(const Extent& extent) {
-  return fmt::format("[{}]", fmt::join(extent, ", "));
-}
-
-std::vector<hsize_t> sizes(const Extent& extent) {
-  return {extent.begin(), extent.end()};
-}
-
-Hdf5Object dataspace(const Extent& extent) {
-  if (extent.empty()) return Hdf5Object(H5Screate(H5S_SCALAR), H5Sclose);
-  const auto size = sizes(extent);
-  return Hdf5Object(H5Screate_simple(static_cast<int>(size.size()), size.data(), nullptr),
-                    H5Sclose);
-}
-
-/// Chooses rows [first, first + count) along the first axis.
-void select_rows(hid_t space, const Extent& extent, std::uint64_t first, std::uint64_t count) {
-  std::vector<hsize_t> start(extent.size(), 0);
-  auto size = sizes(extent);
-  start[0] = first;
-  size[0] = count;
-  H5Sselect_hyperslab(space, H5S_SELECT_SET, start.data(), nullptr, size.data(), nullptr);
-}
-
 /// Rows of a chunk.
 std::uint64_t chunk_rows(const Extent& extent, const StorageOptions& storage,
                          std::size_t element_size) {
@@ -107,26 +45,6 @@ void set_storage(hid_t properties, const std::string& file, const std::string& n
   check(H5Pset_shuffle(properties), file, name, "cannot be compressed");
   check(H5Pset_deflate(properties, static_cast<unsigned>(storage.deflate)), file, name,
         "cannot be compressed");
-}
-
-struct Dataset {
-  Hdf5Object id;
-  Hdf5Object type;
-  Extent extent;
-};
-
-Dataset open_dataset(hid_t group, const std::string& file, const std::string& name) {
-  Dataset dataset;
-  dataset.id =
-      checked(H5Dopen2(group, name.c_str(), H5P_DEFAULT), H5Dclose, file, name, "cannot be opened");
-  dataset.type = Hdf5Object(H5Dget_type(dataset.id.get()), H5Tclose);
-  const Hdf5Object space(H5Dget_space(dataset.id.get()), H5Sclose);
-  const int rank = H5Sget_simple_extent_ndims(space.get());
-  if (rank < 0) fail(file, name, "has no extent");
-  std::vector<hsize_t> size(static_cast<std::size_t>(rank));
-  H5Sget_simple_extent_dims(space.get(), size.data(), nullptr);
-  dataset.extent.assign(size.begin(), size.end());
-  return dataset;
 }
 
 template <class T>
@@ -192,31 +110,23 @@ void write_chunks(hid_t dataset, const std::string& file, const std::string& nam
   }
 }
 
-template <class T>
-std::vector<T> read_values(const Dataset& dataset, hid_t memory_space, hid_t file_space,
-                           std::uint64_t count, const std::string& file, const std::string& name) {
-  const auto read = [&](hid_t type, void* buffer) {
-    check(H5Dread(dataset.id.get(), type, memory_space, file_space, H5P_DEFAULT, buffer), file,
-          name, "cannot be read");
-  };
-  const bool is_text = H5Tget_class(dataset.type.get()) == H5T_STRING;
-  if (is_text != std::is_same_v<T, std::string>) {
-    refuse(file, name, is_text ? "holds texts, not numbers" : "holds no texts");
-  }
-  if constexpr (std::is_same_v<T, std::string>) {
-    return read_texts(dataset.type.get(), memory_space, count, read);
-  } else {
-    std::vector<T> values(count);
-    if (count > 0) read(memory_type<T>().get(), values.data());
-    return values;
-  }
-}
-
 /// In the name of a virtual source, HDF5 takes % for the start of a pattern.
 std::string without_patterns(const std::string& name) {
   std::string plain;
   for (char c : name) plain.append(c == '%' ? 2 : 1, c);
   return plain;
+}
+
+/// Rows whose file is lost are read as no numbers by who asks HDF5 alone; as full scale where 16
+/// bits have none.
+void set_fill_value(hid_t properties, hid_t type) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const std::int16_t full_scale = std::numeric_limits<std::int16_t>::min();
+  if (H5Tget_class(type) == H5T_FLOAT) {
+    H5Pset_fill_value(properties, H5T_NATIVE_DOUBLE, &nan);
+  } else if (H5Tequal(type, H5T_STD_I16LE) > 0) {
+    H5Pset_fill_value(properties, H5T_NATIVE_INT16, &full_scale);
+  }
 }
 
 }  // namespace
@@ -249,7 +159,7 @@ template <class T>
 void Hdf5Group::write_rows(const std::string& name, std::uint64_t first,
                            std::span<const T> values) const {
   const QuietErrors quiet;
-  const Dataset dataset = open_dataset(id_.get(), file_, name);
+  const OpenDataset dataset = open_dataset(id_.get(), file_, name);
   const std::uint64_t row = product(dataset.extent, 1);
   const std::uint64_t count = row > 0 ? values.size() / row : 0;
   if (dataset.extent.empty() || count * row != values.size() || first > dataset.extent[0] ||
@@ -265,48 +175,14 @@ void Hdf5Group::write_rows(const std::string& name, std::uint64_t first,
   write_values(dataset.id.get(), memory.get(), space.get(), file_, name, values);
 }
 
-template <class T>
-std::vector<T> Hdf5Group::read(const std::string& name) const {
-  const QuietErrors quiet;
-  const Dataset dataset = open_dataset(id_.get(), file_, name);
-  const Hdf5Object space = dataspace(dataset.extent);
-  return read_values<T>(dataset, space.get(), H5S_ALL, product(dataset.extent), file_, name);
-}
-
-template <class T>
-std::vector<T> Hdf5Group::read_rows(const std::string& name, std::uint64_t first,
-                                    std::uint64_t count) const {
-  const QuietErrors quiet;
-  const Dataset dataset = open_dataset(id_.get(), file_, name);
-  if (dataset.extent.empty() || first > dataset.extent[0] || count > dataset.extent[0] - first) {
-    refuse(file_, name,
-           fmt::format("rows {} to {} lie outside an array of {}", first, first + count,
-                       shape_text(dataset.extent)));
-  }
-  const std::uint64_t values = count * product(dataset.extent, 1);
-  const Hdf5Object space = dataspace(dataset.extent);
-  select_rows(space.get(), dataset.extent, first, count);
-  const Hdf5Object memory = dataspace({values});
-  return read_values<T>(dataset, memory.get(), space.get(), values, file_, name);
-}
-
-Extent Hdf5Group::extent(const std::string& name) const {
-  const QuietErrors quiet;
-  return open_dataset(id_.get(), file_, name).extent;
-}
-
-bool Hdf5Group::is_text(const std::string& name) const {
-  const QuietErrors quiet;
-  return H5Tget_class(open_dataset(id_.get(), file_, name).type.get()) == H5T_STRING;
-}
-
 void Hdf5Group::write_virtual(const std::string& name, const std::filesystem::path& folder,
                               std::span<const VirtualSource> sources) const {
   if (sources.empty()) refuse(file_, name, "a virtual dataset needs a source");
   const std::filesystem::path first_path = folder / sources[0].file;
   const Hdf5Group first_file = open_file(first_path);
   const QuietErrors quiet;
-  const Dataset first = open_dataset(first_file.id_.get(), first_path.string(), sources[0].dataset);
+  const OpenDataset first =
+      open_dataset(first_file.id_.get(), first_path.string(), sources[0].dataset);
   if (first.extent.empty()) refuse(first_path.string(), sources[0].dataset, "has no rows");
 
   Extent joined = first.extent;
@@ -327,6 +203,7 @@ void Hdf5Group::write_virtual(const std::string& name, const std::filesystem::pa
           file_, name, "cannot be joined");
   }
   H5Sselect_all(space.get());
+  set_fill_value(properties.get(), first.type.get());
   make_groups_above(id_.get(), file_, name);
   const Hdf5Object links = link_properties();
   checked(H5Dcreate2(id_.get(), name.c_str(), first.type.get(), space.get(), links.get(),
@@ -340,10 +217,7 @@ void Hdf5Group::write_virtual(const std::string& name, const std::filesystem::pa
   template void Hdf5Group::create<T>(const std::string&, const Extent&, const StorageOptions&)  \
       const;                                                                                    \
   template void Hdf5Group::write_rows<T>(const std::string&, std::uint64_t, std::span<const T>) \
-      const;                                                                                    \
-  template std::vector<T> Hdf5Group::read<T>(const std::string&) const;                         \
-  template std::vector<T> Hdf5Group::read_rows<T>(const std::string&, std::uint64_t,            \
-                                                  std::uint64_t) const
+      const
 CARILLON_HDF5_ELEMENT(float);
 CARILLON_HDF5_ELEMENT(double);
 CARILLON_HDF5_ELEMENT(std::int8_t);

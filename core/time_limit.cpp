@@ -8,12 +8,13 @@
 namespace carillon::core {
 
 std::string TimeLimit::message() const {
+  if (given_up && given_up()) return work + " was interrupted";
   return fmt::format("{} takes longer than the limit of {}", work,
                      seconds < 1 ? fmt::format("{:.3g} s", seconds) : human_duration(seconds));
 }
 
 std::string TimeLimit::hint() const {
-  return fmt::format("raise {}", key);
+  return given_up && given_up() ? "" : fmt::format("raise {}", key);
 }
 
 void TimeLimit::refuse() const {

@@ -6,7 +6,9 @@
 
 #include "core/base64.hpp"
 #include "core/columns.hpp"
+#include "core/error.hpp"
 #include "core/hdf5.hpp"
+#include "core/hdf5_rows.hpp"
 #include "core/image.hpp"
 #include "core/json.hpp"
 #include "core/numbers.hpp"
@@ -145,14 +147,25 @@ ordered_json heard(const Hdf5Group& index, const dataset::stored::SampleAudio& a
                          {"object", index.read_rows<std::string>("shape", row, 1).front()},
                          {"labels", ordered_json::object()}};
   for (const char* column : told) add_label(index, column, row, sample["labels"]);
-  add_picture(index, row, sample);
-  add_voxels(index, row, sample);
+  try {
+    add_picture(index, row, sample);
+    add_voxels(index, row, sample);
+  } catch (const core::FileError&) {
+    // An object's file is lost, which the gallery says; its sounds are there.
+  }
   const std::size_t used = sample.dump().size();
   add_audio(audio, row, bytes - std::min(bytes, used), sample);
   return sample;
 }
 
 }  // namespace
+
+void require_shards(const std::filesystem::path& folder) {
+  const std::filesystem::path path = folder / "index.h5";
+  if (!std::filesystem::is_regular_file(path)) return;
+  const Hdf5Group index = Hdf5Group::open_file(path);
+  if (index.has("id")) core::Hdf5Rows(index, "id").require_files();
+}
 
 ordered_json heard_samples(const std::filesystem::path& folder, ReportShare share) {
   ordered_json samples = ordered_json::array();

@@ -72,6 +72,7 @@ NamedDatasets add_datasets(const ReportFolders& found, const PageRequest& reques
   const std::size_t count = shown.size();
   NamedDatasets by_name;
   for (const std::filesystem::path& folder : shown) {
+    require_shards(folder);
     try_to_add(report, folder.string(), [&] {
       dataset::stored::StoredDataset dataset = dataset::stored::open_dataset(folder, "");
       ordered_json entry = dataset_report(dataset, max_rows / count);

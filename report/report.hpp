@@ -38,6 +38,9 @@ struct ReportShare {
   std::size_t bytes = 0;  ///< and not more than so much text
 };
 
+/// @throws FileError  names the first shard of a dataset that is not there, or not whole
+void require_shards(const std::filesystem::path& folder);
+
 /// Sounds that stand for a dataset, evenly chosen from its rows: WAV file of 16 bits with its peak
 /// at half of full scale, what was drawn for it, frame and voxels of its object. Each has an equal
 /// share of the bytes; of a longer clip its beginning is taken, of many listeners the first two.

@@ -57,6 +57,24 @@ std::vector<unsigned char> byte_planes(std::span<const unsigned char> values,
   return planes;
 }
 
+void from_byte_planes(std::span<const unsigned char> planes, std::size_t element_size,
+                      std::span<unsigned char> values) {
+  const std::size_t count = values.size() / element_size;
+  const unsigned char* from = planes.data();
+  unsigned char* to = values.data();
+  if (element_size == sizeof(float)) {  // most of what is stored
+    for (std::size_t i = 0; i < count; ++i, to += sizeof(float)) {
+      to[0] = from[i];
+      to[1] = from[count + i];
+      to[2] = from[2 * count + i];
+      to[3] = from[3 * count + i];
+    }
+    return;
+  }
+  for (std::size_t plane = 0; plane < element_size; ++plane)
+    for (std::size_t i = 0; i < count; ++i) to[i * element_size + plane] = from[plane * count + i];
+}
+
 std::vector<unsigned char> deflate_planes(std::span<const unsigned char> planes,
                                           std::size_t element_size, int level) {
   Deflate deflating(level);
@@ -77,6 +95,12 @@ std::vector<unsigned char> deflate_planes(std::span<const unsigned char> planes,
   }
   out.resize(stream.total_out);
   return out;
+}
+
+bool inflate_planes(std::span<const unsigned char> deflated, std::span<unsigned char> planes) {
+  uLongf size = planes.size();
+  return uncompress(planes.data(), &size, deflated.data(), deflated.size()) == Z_OK &&
+         size == planes.size();
 }
 
 }  // namespace carillon::core

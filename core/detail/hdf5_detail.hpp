@@ -4,6 +4,8 @@
 #include <mutex>
 #include <string>
 #include <string_view>
+#include <type_traits>
+#include <vector>
 
 #include "core/hdf5.hpp"
 
@@ -83,6 +85,67 @@ std::vector<std::string> read_texts(hid_t stored_type, hid_t space, std::size_t 
     }
   }
   return texts;
+}
+
+/// Extents as HDF5 takes them.
+std::vector<hsize_t> sizes(const Extent& extent);
+
+/// Elements of an array, counted from an axis on.
+std::uint64_t product(const Extent& extent, std::size_t first_axis = 0);
+
+/// "[3, 64, 25]".
+std::string shape_text(const Extent& extent);
+
+Hdf5Object dataspace(const Extent& extent);
+
+/// Chooses rows [first, first + count) along the first axis.
+void select_rows(hid_t space, const Extent& extent, std::uint64_t first, std::uint64_t count);
+
+/// A dataset that is open, with what it holds.
+struct OpenDataset {
+  Hdf5Object id;
+  Hdf5Object type;
+  Extent extent;
+};
+
+/// @param access  properties of H5P_DATASET_ACCESS
+OpenDataset open_dataset(hid_t group, const std::string& file, const std::string& name,
+                         hid_t access = H5P_DEFAULT);
+
+/// What a virtual dataset joins; empty for one that holds its values itself.
+std::vector<VirtualSource> virtual_sources(hid_t dataset, const std::string& file,
+                                           const std::string& name);
+
+/// Type on disk, little-endian on every machine. Owned, as texts need a copy.
+template <class T>
+Hdf5Object stored_type() {
+  if constexpr (std::is_same_v<T, std::string>) return text_type();
+  if constexpr (std::is_same_v<T, float>) return Hdf5Object(H5Tcopy(H5T_IEEE_F32LE), H5Tclose);
+  if constexpr (std::is_same_v<T, double>) return Hdf5Object(H5Tcopy(H5T_IEEE_F64LE), H5Tclose);
+  if constexpr (std::is_same_v<T, std::int8_t>) return Hdf5Object(H5Tcopy(H5T_STD_I8LE), H5Tclose);
+  if constexpr (std::is_same_v<T, std::int16_t>)
+    return Hdf5Object(H5Tcopy(H5T_STD_I16LE), H5Tclose);
+  if constexpr (std::is_same_v<T, std::int32_t>)
+    return Hdf5Object(H5Tcopy(H5T_STD_I32LE), H5Tclose);
+  if constexpr (std::is_same_v<T, std::int64_t>)
+    return Hdf5Object(H5Tcopy(H5T_STD_I64LE), H5Tclose);
+  if constexpr (std::is_same_v<T, std::uint8_t>) return Hdf5Object(H5Tcopy(H5T_STD_U8LE), H5Tclose);
+  if constexpr (std::is_same_v<T, std::uint16_t>)
+    return Hdf5Object(H5Tcopy(H5T_STD_U16LE), H5Tclose);
+  if constexpr (std::is_same_v<T, std::uint32_t>)
+    return Hdf5Object(H5Tcopy(H5T_STD_U32LE), H5Tclose);
+  if constexpr (std::is_same_v<T, std::uint64_t>)
+    return Hdf5Object(H5Tcopy(H5T_STD_U64LE), H5Tclose);
+}
+
+template <class T>
+Hdf5Object memory_type() {
+  Hdf5Object stored = stored_type<T>();
+  if constexpr (std::is_same_v<T, std::string>) {
+    return stored;
+  } else {
+    return Hdf5Object(H5Tget_native_type(stored.get(), H5T_DIR_ASCEND), H5Tclose);
+  }
 }
 
 }  // namespace carillon::core::hdf5

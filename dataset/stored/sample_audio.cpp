@@ -7,12 +7,20 @@
 
 namespace carillon::dataset::stored {
 
-SampleAudio::SampleAudio(const core::Hdf5Group& index) : index_(index) {
+namespace {
+
+core::Hdf5Rows sounds_of(const core::Hdf5Group& index) {
   if (!index.has("audio")) throw core::InputError("the dataset has no sounds");
+  return {index, "audio"};
+}
+
+}  // namespace
+
+SampleAudio::SampleAudio(const core::Hdf5Group& index) : rows_(sounds_of(index)) {
   format_ = index.element_type("audio") == "int16" ? core::SampleFormat::int16
                                                    : core::SampleFormat::float32;
   sample_rate_ = static_cast<int>(std::lround(index.number_attribute("sample_rate_hz")));
-  const core::Extent extent = index.extent("audio");
+  const core::Extent& extent = rows_.extent();
   if (extent.size() == 3) listeners_ = extent[1];
   samples_ = extent.back();
 }
@@ -20,13 +28,13 @@ SampleAudio::SampleAudio(const core::Hdf5Group& index) : index_(index) {
 std::vector<core::AudioClip> SampleAudio::read(std::uint64_t first, std::uint64_t count) const {
   std::vector<float> all;
   if (format_ == core::SampleFormat::int16) {
-    const auto stored = index_.read_rows<std::int16_t>("audio", first, count);
+    const auto stored = rows_.read<std::int16_t>(first, count);
     all.resize(stored.size());
     std::transform(stored.begin(), stored.end(), all.begin(), [](std::int16_t value) {
       return static_cast<float>(value) / core::int16_full_scale;
     });
   } else {
-    all = index_.read_rows<float>("audio", first, count);
+    all = rows_.read<float>(first, count);
   }
   std::vector<core::AudioClip> clips;
   const float* from = all.data();

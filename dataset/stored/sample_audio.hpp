@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "core/audio.hpp"
-#include "core/hdf5.hpp"
+#include "core/hdf5_rows.hpp"
 
 namespace carillon::dataset::stored {
 
@@ -20,10 +20,11 @@ class SampleAudio {
   std::size_t listeners() const { return listeners_; }
 
   /// Clips of rows [first, first + count).
+  /// @throws FileError  names the shard that is lost
   std::vector<core::AudioClip> read(std::uint64_t first, std::uint64_t count) const;
 
  private:
-  const core::Hdf5Group& index_;
+  core::Hdf5Rows rows_;
   core::SampleFormat format_;
   int sample_rate_;
   std::size_t listeners_ = 1, samples_ = 0;

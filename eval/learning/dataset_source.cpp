@@ -4,21 +4,17 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <functional>
-#include <numeric>
+#include <map>
 
 #include "core/error.hpp"
 #include "core/hash.hpp"
 #include "core/hdf5.hpp"
+#include "core/hdf5_rows.hpp"
 #include "core/json.hpp"
 
 namespace carillon::eval::learning {
 
 namespace {
-
-/// Entries are read in one go over others between them of no more than so many bytes, which costs
-/// less than another reading.
-constexpr std::size_t gap_bytes = std::size_t{1} << 18;
 
 /// Where a modality lies in index.h5.
 struct Column {
@@ -54,6 +50,7 @@ class DatasetSource final : public SampleSource {
     const std::filesystem::path description = folder / "dataset.json";
     const bool described = std::filesystem::exists(description);
     content_ = core::sha256_file(described ? description : folder / "index.h5");
+    core::Hdf5Rows(file_, "id").require_files();
     keys_ = file_.read<std::string>("key");
     if (described) describe(core::read_json(description));
     if (file_.has("shape_index")) {
@@ -131,22 +128,27 @@ class DatasetSource final : public SampleSource {
                          std::span<float> values) override {
     if (entries.empty()) return {};
     const Column column = column_of(modality).value();
-    const core::Extent stored = file_.extent(column.name);
-    const std::size_t row_bytes =
-        std::accumulate(stored.begin() + 1, stored.end(), is_of_bytes(modality) ? 1UL : 4UL,
-                        std::multiplies<std::size_t>());
-    const std::size_t gap = gap_bytes / row_bytes + 1, each = values.size() / entries.size();
-    std::vector<bool> heard;
-    for (std::size_t first = 0; first < entries.size();) {
-      std::size_t end = first + 1;
-      while (end < entries.size() && entries[end] <= entries[end - 1] + gap) ++end;
-      const std::vector<bool> some =
-          read_together(modality, column, entries.subspan(first, end - first),
-                        values.subspan(first * each, (end - first) * each));
-      heard.insert(heard.end(), some.begin(), some.end());
-      first = end;
+    const std::vector<std::uint64_t> rows(entries.begin(), entries.end());
+    const auto prepare_all = [&](const auto& raw, const auto& prepare_row) {
+      std::vector<bool> heard(rows.size(), true);
+      const std::size_t width = raw.size() / rows.size(), each = values.size() / rows.size();
+      for (std::size_t i = 0; i < rows.size(); ++i) {
+        heard[i] = prepare_row(entries[i], std::span(raw).subspan(i * width, width),
+                               values.subspan(i * each, each));
+      }
+      return heard;
+    };
+    if (is_of_bytes(modality)) {
+      return prepare_all(raw_rows<std::uint8_t>(column, rows),
+                         [&](std::size_t, std::span<const std::uint8_t> row, std::span<float> to) {
+                           prepare_bytes(modality, column, row, to);
+                           return true;
+                         });
     }
-    return heard;
+    return prepare_all(raw_rows<float>(column, rows),
+                       [&](std::size_t sample, std::span<const float> row, std::span<float> to) {
+                         return prepare_named(modality, column, sample, row, to);
+                       });
   }
 
  private:
@@ -154,33 +156,15 @@ class DatasetSource final : public SampleSource {
     return modality == Modality::voxels || modality == Modality::image;
   }
 
-  /// Some entries and all between them in one go.
-  std::vector<bool> read_together(Modality modality, const Column& column,
-                                  std::span<const std::uint32_t> entries, std::span<float> values) {
-    std::vector<bool> heard(entries.size(), true);
-    const std::size_t each = values.size() / entries.size();
-    const auto prepare_all = [&](const auto& raw, std::size_t row, const auto& prepare_row) {
-      for (std::size_t i = 0; i < entries.size(); ++i) {
-        heard[i] = prepare_row(i, std::span(raw).subspan((entries[i] - entries[0]) * row, row),
-                               values.subspan(i * each, each));
-      }
-    };
-    const std::size_t count = entries.back() - entries[0] + 1;
-    if (is_of_bytes(modality)) {
-      const auto raw = file_.read_rows<std::uint8_t>(column.name, entries[0], count);
-      prepare_all(raw, raw.size() / count,
-                  [&](std::size_t, std::span<const std::uint8_t> row, std::span<float> to) {
-                    prepare_bytes(modality, column, row, to);
-                    return true;
-                  });
-    } else {
-      const auto raw = file_.read_rows<float>(column.name, entries[0], count);
-      prepare_all(raw, raw.size() / count,
-                  [&](std::size_t i, std::span<const float> row, std::span<float> to) {
-                    return prepare_named(modality, column, entries[i], row, to);
-                  });
-    }
-    return heard;
+  /// Rows of a column, whose files stay open.
+  template <class T>
+  std::vector<T> raw_rows(const Column& column, std::span<const std::uint64_t> rows) {
+    auto opened = columns_.find(column.name);
+    if (opened == columns_.end())
+      opened = columns_.emplace(column.name, core::Hdf5Rows(file_, column.name)).first;
+    std::vector<T> raw(rows.size() * opened->second.width());
+    opened->second.template read<T>(rows, raw);
+    return raw;
   }
 
   /// What a modality is made from.
@@ -276,6 +260,7 @@ class DatasetSource final : public SampleSource {
 
   std::string name_;
   core::Hdf5Group file_;
+  std::map<std::string, core::Hdf5Rows> columns_;
   std::string seed_;
   std::vector<std::string> shapes_;  ///< names of objects
   std::size_t listener_;
