@@ -10,7 +10,8 @@ void add_build(Program& program, Context& context) {
       "build", "the dataset of a configuration; carries on where an earlier run stopped",
       Needs::solver);
   auto options = std::make_shared<dataset::run::BuildOptions>();
-  command.option("config", options->config, "YAML configuration").required();
+  command.option("config", options->config, "YAML configuration; - reads it from standard input")
+      .required();
   command.option("-o,--output", options->output,
                  "folder of the dataset (default: the configuration's name)");
   command
@@ -26,7 +27,8 @@ void add_build(Program& program, Context& context) {
       "and "
       "a table");
   command.does([&context, options] {
-    const dataset::run::BuildOptions all = with_common(*options, context);
+    const dataset::run::BuildOptions all =
+        with_standard_input(with_common(*options, context), context);
     const auto sweep = dataset::sweep::load_sweep(all, context.world);
     context.exit_code = sweep
                             ? dataset::sweep::run_sweep(*sweep, all, context.world)

@@ -4,11 +4,11 @@
 
 #include "cli/command_line.hpp"
 #include "cli/commands.hpp"
-#include "cli/compare_report.hpp"
 #include "cli/feature_options.hpp"
 #include "cli/recording.hpp"
 #include "core/error.hpp"
 #include "core/trace.hpp"
+#include "eval/perception/compare_report.hpp"
 
 namespace carillon::cli {
 
@@ -41,18 +41,18 @@ void run_compare(const CompareOptions& options, Context& context) {
   how.modes.widest = options.widest;
   if (!context.speaks()) return;
   const double start = core::monotonic_seconds();
-  ComparedFiles compared{options.reference,
-                         options.other,
-                         hear(options.reference, options.channel, wanted),
-                         hear(options.other, options.channel, wanted),
-                         {}};
+  eval::perception::ComparedFiles compared{options.reference,
+                                           options.other,
+                                           hear(options.reference, options.channel, wanted),
+                                           hear(options.other, options.channel, wanted),
+                                           {}};
   compared.comparison = eval::perception::compare_sounds(compared.reference, compared.other, how);
   if (context.json) {
-    nlohmann::json document = to_json(compared);
+    nlohmann::json document = eval::perception::to_json(compared);
     document["timing"] = {{"compare_s", core::monotonic_seconds() - start}};
     fmt::print("{}\n", document.dump(2));
   } else {
-    print_comparison(compared);
+    eval::perception::print_comparison(compared);
   }
 }
 

@@ -1,9 +1,8 @@
 #include <fmt/format.h>
 
-#include <cmath>
+#include <optional>
 
 #include "cli/command_line.hpp"
-#include "cli/estimate_report.hpp"
 #include "cli/feature_options.hpp"
 #include "cli/object_options.hpp"
 #include "cli/recording.hpp"
@@ -11,17 +10,14 @@
 #include "core/error.hpp"
 #include "core/units.hpp"
 #include "eval/damping/law_text.hpp"
+#include "eval/material/assumed_material.hpp"
 #include "eval/material/estimate_material.hpp"
+#include "eval/material/estimate_report.hpp"
 #include "mpi/comm.hpp"
-#include "synth/modal/ring_down.hpp"
 
 namespace carillon::cli {
 
 namespace {
-
-/// Assumed where no material is named: glass and most metals are near it.
-constexpr const char* assumed_youngs_modulus = "70 GPa";
-constexpr const char* assumed_density = "2500 kg/m^3";
 
 struct EstimateOptions {
   ObjectOptions object;
@@ -38,29 +34,6 @@ struct EstimateOptions {
   std::string output;
 };
 
-/// What the object is assumed to be of.
-synth::material::Material assumed_material(const EstimateOptions& options) {
-  const std::string& named = options.object.material;
-  if (named.empty() && options.poisson_ratio.empty()) {
-    throw core::InputError("Poisson's ratio cannot be heard and must be given",
-                           "--poisson-ratio 0.3, or --material with a preset that has it");
-  }
-  synth::material::Material material = synth::material::parse_material(
-      named.empty() ? fmt::format("youngs_modulus={},poisson_ratio={},density={}",
-                                  assumed_youngs_modulus, options.poisson_ratio, assumed_density)
-                    : named);
-  if (!options.poisson_ratio.empty()) {
-    material.elastic.poisson_ratio =
-        core::parse_quantity(options.poisson_ratio, core::Dimension::none);
-  }
-  if (!options.density.empty()) {
-    material.elastic.density = core::parse_quantity(options.density, core::Dimension::density);
-  }
-  material.damping = {};
-  synth::material::check_material(material);
-  return material;
-}
-
 eval::material::MaterialOptions material_options(const EstimateOptions& options) {
   eval::material::MaterialOptions material;
   material.law = eval::damping::damping_law(options.model);
@@ -74,6 +47,12 @@ eval::material::MaterialOptions material_options(const EstimateOptions& options)
   material.searches = options.starts;
   material.starts.seed = options.seed;
   return material;
+}
+
+/// A quantity that may be left out.
+std::optional<double> quantity_of(const std::string& text, core::Dimension dimension) {
+  if (text.empty()) return std::nullopt;
+  return core::parse_quantity(text, dimension);
 }
 
 struct Recording {
@@ -99,52 +78,18 @@ Recording listen(const EstimateOptions& options) {
   return recording;
 }
 
-synth::modal::Strike strike_on(const EstimateOptions& options, const solvers::modes::Modes& modes) {
-  synth::modal::Strike strike;
-  strike.point = synth::modal::SurfaceSampler(modes.surface).nearest(parse_position(options.at));
-  strike.direction = options.direction.empty()
-                         ? Vec3(-synth::modal::frame_at(modes.surface, strike.point).normal)
-                         : Vec3(parse_position(options.direction).normalized());
-  strike.impulse = 1;
-  return strike;
-}
-
-/// The estimate as a clip of the recording's length, its strike at the recording's onset.
-core::AudioClip resynthesis(const Recording& recording, const solvers::modes::Modes& modes,
-                            synth::modal::Strike strike, const eval::material::Candidate& estimate,
-                            double assumed_modulus, eval::material::HeardMotion motion) {
-  const solvers::modes::Modes scaled =
-      solvers::modes::rescale(modes, 1, estimate.specific_modulus / assumed_modulus, 1);
-  synth::modal::Readout readout = synth::modal::point_velocity(scaled, strike.point);
-  if (motion == eval::material::HeardMotion::displacement)
-    readout.velocity.swap(readout.displacement);
-  if (motion == eval::material::HeardMotion::acceleration)
-    readout.velocity.swap(readout.acceleration);
-  strike.impulse = estimate.scale;
-  strike.force = {.duration = estimate.contact_time};
-  const auto decay = synth::damping::clamped_decay_rates(scaled, std::vector{estimate.damping});
-  synth::modal::RingDown rings = synth::modal::ring_down(scaled, decay.values, strike, readout);
-  synth::modal::leave_out(rings, decay.negative);
-  const double rate = recording.set.sample_rate;
-  const std::size_t count = recording.samples.size();
-  const auto onset =
-      std::min(count, static_cast<std::size_t>(std::lround(recording.set.onset * rate)));
-  const auto sound = synth::modal::synthesize(rings, strike.force, rate, count - onset);
-  core::AudioClip clip;
-  clip.sample_rate = static_cast<int>(rate);
-  clip.samples.assign(onset, 0.0F);
-  clip.samples.insert(clip.samples.end(), sound.begin(), sound.end());
-  return clip;
-}
-
 void run_estimate(const EstimateOptions& options, Context& context) {
   const eval::material::MaterialOptions wanted = material_options(options);
-  const synth::material::Material assumed = assumed_material(options);
+  const synth::material::Material assumed = eval::material::assumed_material(
+      options.object.material, quantity_of(options.poisson_ratio, core::Dimension::none),
+      quantity_of(options.density, core::Dimension::density));
   scene::ObjectRequest request;
   mpi::agreed(context.world, [&] { request = object_request(options.object); });
   request.materials = {{"", assumed}};
-  parse_position(options.at);
-  if (!options.direction.empty() && !(parse_position(options.direction).norm() > 0)) {
+  const Vec3 at = parse_position(options.at);
+  std::optional<Vec3> direction;
+  if (!options.direction.empty()) direction = parse_position(options.direction);
+  if (direction && !(direction->norm() > 0)) {
     throw core::InputError("--direction has no length");
   }
   Recording recording;
@@ -164,7 +109,7 @@ void run_estimate(const EstimateOptions& options, Context& context) {
   }
   const solvers::elements::Elastic& elastic = object.materials.front().elastic;
   const double modulus = elastic.youngs_modulus / elastic.density;
-  const synth::modal::Strike strike = strike_on(options, object.modes);
+  const synth::modal::Strike strike = eval::material::unit_strike(object.modes, at, direction);
   const eval::material::StruckModes modes =
       eval::material::struck_modes(object.modes, strike.point, strike.direction, modulus);
   eval::material::MaterialEstimate estimate;
@@ -173,19 +118,19 @@ void run_estimate(const EstimateOptions& options, Context& context) {
     estimate = eval::material::estimate_material(recording.samples, recording.set, modes, wanted);
   }
   if (!options.output.empty()) {
-    core::write_wav(
-        options.output,
-        resynthesis(recording, object.modes, strike, estimate.candidate, modulus, wanted.motion),
-        core::SampleFormat::float32);
+    core::write_wav(options.output,
+                    eval::material::resynthesis(recording.samples, recording.set, object.modes,
+                                                strike, estimate.candidate, modulus, wanted.motion),
+                    core::SampleFormat::float32);
   }
   estimate.remarks.insert(estimate.remarks.begin(), recording.set.remarks.begin(),
                           recording.set.remarks.end());
   std::optional<double> density;
   if (!options.density.empty()) density = elastic.density;
   if (context.json) {
-    fmt::print("{}\n", to_json(estimate, recording.set, density, trace).dump(2));
+    fmt::print("{}\n", eval::material::to_json(estimate, recording.set, density, trace).dump(2));
   } else {
-    print_estimate(estimate, recording.set, density, trace);
+    eval::material::print_estimate(estimate, recording.set, density, trace);
   }
 }
 

@@ -6,7 +6,6 @@
 
 #include "cli/command_line.hpp"
 #include "core/error.hpp"
-#include "core/json.hpp"
 #include "core/units.hpp"
 
 namespace carillon::cli {
@@ -86,38 +85,6 @@ std::vector<double> parse_rt60(const std::string& text) {
     begin = end + 1;
   }
   return times;
-}
-
-nlohmann::json features_json(const std::string& file, const eval::features::FeatureSet& set) {
-  nlohmann::json features = nlohmann::json::array(), hums = nlohmann::json::array();
-  for (const eval::features::Feature& f : set.features) {
-    features.push_back({{"frequency_hz", f.frequency},
-                        {"decay_rate_per_s", f.decay_rate},
-                        {"amplitude", f.amplitude},
-                        {"phase_rad", core::number_or_null(f.phase)},
-                        {"frequency_error_hz", core::number_or_null(f.frequency_error)},
-                        {"decay_rate_error_per_s", core::number_or_null(f.decay_rate_error)},
-                        {"amplitude_error", core::number_or_null(f.amplitude_error)},
-                        {"snr_db", core::number_or_null(f.snr)},
-                        {"reverberant", f.reverberant},
-                        {"channel", f.channel + 1}});
-  }
-  for (const eval::features::Hum& hum : set.hums) {
-    hums.push_back({{"frequency_hz", hum.frequency},
-                    {"decay_rate_per_s", hum.decay_rate},
-                    {"amplitude", hum.amplitude}});
-  }
-  return {{"file", file},
-          {"sample_rate_hz", set.sample_rate},
-          {"onset_s", set.onset},
-          {"begin_s", set.begin},
-          {"end_s", set.end},
-          {"clipped_samples", set.clipped},
-          {"energy_explained", set.explained},
-          {"features", features},
-          {"hums", hums},
-          {"remarks", set.remarks},
-          {"nothing", set.nothing}};
 }
 
 }  // namespace carillon::cli

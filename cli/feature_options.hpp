@@ -27,7 +27,4 @@ eval::features::FeatureOptions feature_options(const FeatureArguments& arguments
 /// @throws InputError  names --rt60
 std::vector<double> parse_rt60(const std::string& text);
 
-/// A recording's features as --json prints them; docs/features.md names the fields.
-nlohmann::json features_json(const std::string& file, const eval::features::FeatureSet& set);
-
 }  // namespace carillon::cli

@@ -12,6 +12,7 @@
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "core/trace.hpp"
+#include "eval/features/feature_json.hpp"
 
 namespace carillon::cli {
 
@@ -87,7 +88,8 @@ void run_features(const FeaturesOptions& options, Context& context) {
       sets.push_back(none);
       failed = true;
     }
-    files.push_back(features_json(file, sets.back()));
+    files.push_back(eval::features::to_json(sets.back()));
+    files.back()["file"] = file;
     if (!context.json) tell(file, sets.back());
   }
   if (!options.csv.empty()) core::write_text_durably(options.csv, csv_of(options.files, sets));

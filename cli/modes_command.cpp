@@ -9,7 +9,7 @@
 #include "cli/pitch_report.hpp"
 #include "core/files.hpp"
 #include "core/numbers.hpp"
-#include "solvers/eigen/search.hpp"
+#include "scene/solved_object_json.hpp"
 #include "solvers/modes/modes_file.hpp"
 #include "synth/modal/ring_down.hpp"
 
@@ -23,80 +23,6 @@ std::string planes_text(int mirror_planes) {
                      mirror_planes == 1 ? "" : "s");
 }
 
-/// Why a set is empty, and which way the band would have to be widened.
-std::string why_no_mode(const scene::SolvedObject& object) {
-  const solvers::modes::Certificate& certificate = object.modes.certificate;
-  std::string text =
-      fmt::format("no mode lies between {:.6g} and {:.6g} Hz{}", certificate.min_frequency,
-                  certificate.max_frequency, certificate.count_verified ? ", by count" : "");
-  // Harmonics of a turned object come without a mesh to guess from.
-  if (object.mesh.mesh.faces.empty()) return text;
-  const double guess = solvers::eigen::estimate_first_frequency(
-      object.mesh.mesh, scene::elastic_of(object.materials));
-  text += fmt::format("; the object's first is expected near {:.2g} Hz", guess);
-  if (guess > certificate.max_frequency) text += ": raise --max-frequency";
-  if (guess < certificate.min_frequency) text += ": lower --min-frequency";
-  return text;
-}
-
-nlohmann::json to_json(const scene::SolvedObject& object,
-                       const synth::damping::DecayRates& damping) {
-  nlohmann::json modes = nlohmann::json::array();
-  const std::vector<int> harmonics = object.modes.shapes.harmonics();
-  for (std::size_t i = 0; i < object.modes.size(); ++i) {
-    modes.push_back({{"frequency_hz", object.modes.frequency(i)},
-                     {"decay_rate_per_s", damping.values[i]},
-                     {"residual", object.modes.residuals[i]}});
-    if (!object.modes.pitch_errors.empty()) {
-      modes.back()["pitch_error_cents"] = object.modes.pitch_errors[i];
-    }
-    if (!harmonics.empty()) modes.back()["harmonic"] = harmonics[i];
-  }
-  const solvers::modes::Certificate& certificate = object.modes.certificate;
-  nlohmann::json timing = nlohmann::json::object();
-  for (const auto& [stage, entry] : object.trace.stages) timing[stage + "_s"] = entry.seconds;
-  nlohmann::json materials = nlohmann::json::array();
-  for (const synth::material::Material& material : object.materials)
-    materials.push_back(material.name);
-  nlohmann::json out = {
-      {"modes", modes},
-      {"certificate",
-       {{"modes_in_band", certificate.modes_in_band},
-        {"modes_found", certificate.modes_found},
-        {"complete", certificate.complete},
-        {"complete_to_hz", certificate.complete_to_hz},
-        {"rigid_modes", certificate.rigid_modes},
-        {"components", certificate.components},
-        {"max_residual", certificate.max_residual},
-        {"orthonormality", certificate.orthonormality},
-        {"unknowns", certificate.unknowns},
-        {"mirror_planes", certificate.mirror_planes},
-        {"count_verified", certificate.count_verified},
-        {"eigen_solver", solvers::modes::name_of(certificate.eigen_solver)},
-        {"linear_solver", solvers::modes::name_of(certificate.linear_solver)}}},
-      {"solver",
-       {{"name", scene::name_of(object.solver.solver)}, {"reason", object.solver.reason}}},
-      {"mesh", nullptr},
-      {"repair", nullptr},
-      {"warnings", object.warnings},
-      {"materials", materials},
-      {"mass_kg", object.modes.mass},
-      {"timing", timing}};
-  if (object.solver.solver == scene::ObjectSolver::tetrahedra) {
-    out["mesh"] = solvers::mesh::to_json(object.mesh.quality);
-    out["repair"] = solvers::mesh::to_json(object.mesh.repair);
-  }
-  if (object.modes.size() == 0) out["explanation"] = why_no_mode(object);
-  if (!damping.negative.empty()) {
-    out["negative_damping"] = {{"modes", damping.negative.size()},
-                               {"low_hz", object.modes.frequency(damping.negative.front())},
-                               {"high_hz", object.modes.frequency(damping.negative.back())}};
-  }
-  if (object.pitch_target)
-    out["pitch_target"] = solvers::pitch::to_json(*object.pitch_target, true);
-  return out;
-}
-
 /// Worst and median of the estimated errors.
 void print_pitch_errors(const std::vector<double>& errors) {
   const auto worst = std::max_element(errors.begin(), errors.end());
@@ -104,7 +30,8 @@ void print_pitch_errors(const std::vector<double>& errors) {
              worst - errors.begin() + 1, core::median(errors));
 }
 
-void print_table(const scene::SolvedObject& object, const synth::damping::DecayRates& damping) {
+void print_table(const scene::SolvedObject& object, const synth::damping::DecayRates& damping,
+                 const Command& command) {
   const std::vector<int> harmonics = object.modes.shapes.harmonics();
   const bool estimated = !object.modes.pitch_errors.empty();
   fmt::print("{:>5} {:>14} {}{:>14} {:>10} {:>10}{}\n", "mode", "frequency [Hz]",
@@ -117,7 +44,7 @@ void print_table(const scene::SolvedObject& object, const synth::damping::DecayR
                damping.values[i], synth::modal::t60(damping.values[i]), object.modes.residuals[i],
                harmonics.empty() ? "" : fmt::format(" {:>8}", harmonics[i]));
   }
-  if (object.modes.size() == 0) fmt::print("{}\n", why_no_mode(object));
+  if (object.modes.size() == 0) fmt::print("{}\n", command.in_options(scene::why_no_mode(object)));
   if (!damping.negative.empty()) {
     fmt::print("{}; shown as 0\n",
                synth::damping::describe_negative(object.modes, scene::damping_of(object.materials),
@@ -180,9 +107,13 @@ void add_modes(Program& program, Context& context) {
       });
     }
     if (context.json) {
-      fmt::print("{}\n", to_json(object, damping).dump(2));
+      nlohmann::json document = scene::to_json(object, damping);
+      if (document.contains("explanation")) {
+        document["explanation"] = context.chosen->in_options(document["explanation"]);
+      }
+      fmt::print("{}\n", document.dump(2));
     } else {
-      print_table(object, damping);
+      print_table(object, damping, *context.chosen);
     }
   });
 }

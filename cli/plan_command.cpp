@@ -1,3 +1,4 @@
+#include "cli/build_options.hpp"
 #include "cli/command_line.hpp"
 #include "cli/context.hpp"
 #include "dataset/run/plan_summary.hpp"
@@ -10,7 +11,8 @@ void add_plan(Program& program, Context& context) {
   Command& command =
       program.add("plan", "what a build would run, and why; runs nothing", Needs::ranks);
   auto options = std::make_shared<dataset::run::BuildOptions>();
-  command.option("config", options->config, "YAML configuration").required();
+  command.option("config", options->config, "YAML configuration; - reads it from standard input")
+      .required();
   command.option("--set", options->overrides, "key=value instead of the configuration's")
       .one_value_each();
   auto schedule = std::make_shared<dataset::run::ScheduleOptions>();
@@ -29,14 +31,15 @@ void add_plan(Program& program, Context& context) {
       "Examples:\n  carillon plan configs/smoke.yaml\n"
       "  carillon plan configs/rsaudio.yaml --ranks 64,4096 --ranks-per-node 64 --trace rsaudio");
   command.does([&context, options, schedule] {
-    if (const auto sweep = dataset::sweep::load_sweep(*options, context.world)) {
+    const dataset::run::BuildOptions all = with_standard_input(*options, context);
+    if (const auto sweep = dataset::sweep::load_sweep(all, context.world)) {
       if (!context.speaks()) return;
       const dataset::sweep::SweepPlan plan = dataset::sweep::plan_sweep(*sweep, *schedule);
       teller(context)(dataset::sweep::plan_text(plan, *sweep),
                       dataset::sweep::to_json(plan, *sweep));
       return;
     }
-    const dataset::run::LoadedBuild build = dataset::run::load_build(*options, context.world);
+    const dataset::run::LoadedBuild build = dataset::run::load_build(all, context.world);
     if (!context.speaks()) return;
     const dataset::run::PlanSummary plan = dataset::run::summarise_plan(build);
     nlohmann::json document = dataset::run::to_json(plan);

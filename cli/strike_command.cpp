@@ -2,21 +2,17 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "cli/command_line.hpp"
 #include "cli/object_options.hpp"
 #include "cli/pitch_report.hpp"
 #include "core/audio.hpp"
-#include "core/columns.hpp"
 #include "core/error.hpp"
 #include "core/numbers.hpp"
 #include "core/units.hpp"
 #include "scene/chain.hpp"
-#include "scene/columns.hpp"
-#include "scene/strikes.hpp"
-#include "synth/modal/ring_down.hpp"
+#include "scene/single_strike.hpp"
 
 namespace carillon::cli {
 
@@ -65,24 +61,10 @@ std::vector<std::string> scene_overrides(const StrikeOptions& options) {
 /// @param materials  of the object, which decide whether there is damping
 scene::Scene scene_of(const StrikeOptions& options,
                       const std::vector<synth::material::Material>& materials) {
-  const std::string name = options.scene.empty() ? "strike" : options.scene;
-  core::ConfigNode root =
-      core::ConfigNode::parse(options.scene.empty() ? "{}" : core::read_text_file(options.scene),
-                              name, scene_overrides(options));
-  // A build's configuration holds a scene and more, which is not asked for here.
-  root.leave_alone({"name", "seed", "materials", "materials_file", "objects", "modes", "solver",
-                    "limits", "mel", "voxels", "camera", "files", "split", "variants", "sweep",
-                    "train", "search", "evaluate"});
-  scene::Scene scene = scene::read_scene(root, name, scene::effects(),
-                                         {.materials = materials, .materials_place = "--material"});
-  root.finish();
-  if (!scene.strikes.given.empty()) {
-    throw core::InputError("strikes.csv gives the strikes of a build",
-                           "give the point with --at, or leave strikes.csv out of the scene");
-  }
-  if (scene.audio.sample_rate != std::floor(scene.audio.sample_rate)) {
-    throw core::InputError("--sample-rate must be whole, as WAV files store it");
-  }
+  const bool bare = options.scene.empty();
+  scene::Scene scene = scene::read_strike_scene(bare ? "{}" : core::read_text_file(options.scene),
+                                                bare ? "strike" : options.scene,
+                                                scene_overrides(options), materials, "--material");
   if (scene.runs("striker") && !(options.impulse.empty() && options.contact_time.empty())) {
     throw core::InputError("--impulse and --contact-time have no effect: the striker gives them",
                            "leave them out, or set effects.striker=off");
@@ -126,66 +108,32 @@ void run_strike(const StrikeOptions& options, Context& context) {
   settle(options.object, object.pitch_target, context);
   if (!context.speaks()) return;
 
-  core::Trace trace;
-  scene::SoundChain chain(scene, context.cache, trace);
-  const scene::RingingObject ringing =
-      chain.prepare(options.object.mesh, options.object.mesh, object.modes, object.materials);
-  core::Columns record(scene::columns());
-  scene::Sound sound;
-  sound.object = &ringing;
-  sound.seed = options.seed;
-  sound.record = &record;
-  scene::draw_strike(scene.strikes, object.modes.surface,
-                     synth::modal::SurfaceSampler(object.modes.surface), {.seed = options.seed},
-                     known_strike(options), sound);
-  const double interval = core::parse_quantity(options.interval, core::Dimension::time);
-  for (std::size_t i = 1; i < options.repeat; ++i) {
-    sound.strikes.push_back(static_cast<double>(i) * interval);
-  }
-  chain.make(sound);
+  const scene::StruckSound struck = scene::strike_once(
+      scene, options.object.mesh, object,
+      {.known = known_strike(options),
+       .seed = options.seed,
+       .repeat = options.repeat,
+       .interval = core::parse_quantity(options.interval, core::Dimension::time)},
+      context.cache);
+  const scene::Sound& sound = struck.sound;
   core::write_wav(options.output, scene::clip_of(sound), scene.audio.dtype);
-
-  const double peak = core::peak(sound.audio);
-  const auto list = [](const Vec3& v) { return std::vector(v.begin(), v.end()); };
-  const synth::modal::PointFrame frame =
-      synth::modal::frame_at(object.modes.surface, sound.strike.point);
-  const Vec3& position = frame.position;
-  const std::string& unit = sound.rings.readout.unit;
-  const nlohmann::json drawn = record.last_row();
-  nlohmann::json ran = nlohmann::json::object();
-  for (const auto& [name, entry] : trace.effects) {
-    ran[name] = {{"calls", entry.calls}, {"seconds", entry.seconds}};
-  }
   if (context.json) {
-    nlohmann::json effects = nlohmann::json::array();
-    for (const scene::PlannedEffect& effect : scene::plan_effects(scene)) {
-      effects.push_back(scene::to_json(effect));
-    }
-    nlohmann::json json = {{"file", options.output},
-                           {"modes", sound.modes},
-                           {"modes_above_nyquist", sound.modes_above_nyquist},
-                           {"unit", unit},
-                           {"peak", peak},
-                           {"position_m", list(position)},
-                           {"normal", list(frame.normal)},
-                           {"direction", list(sound.strike.direction)},
-                           {"impulse_ns", sound.strike.impulse},
-                           {"contact_time_s", sound.strike.force.duration},
-                           {"scene", effects},
-                           {"effects", ran},
-                           {"record", drawn}};
+    nlohmann::json json = to_json(struck, scene);
+    json["file"] = options.output;
     if (object.pitch_target)
       json["pitch_target"] = solvers::pitch::to_json(*object.pitch_target, true);
     fmt::print("{}\n", json.dump(2));
     return;
   }
+  const Vec3& position = struck.struck.position;
   fmt::print("{}: {} modes, struck at ({:.4f}, {:.4f}, {:.4f}) m, peak {:.3g} {}\n", options.output,
-             sound.modes, position.x(), position.y(), position.z(), peak, unit);
+             sound.modes, position.x(), position.y(), position.z(), core::peak(sound.audio),
+             struck.unit);
   if (sound.modes_above_nyquist > 0) {
     fmt::print("{} modes above half the sample rate left out\n", sound.modes_above_nyquist);
   }
   std::vector<std::string> effects;
-  for (const auto& [name, entry] : trace.effects) effects.push_back(name);
+  for (const auto& [name, entry] : struck.trace.effects) effects.push_back(name);
   fmt::print("{:.4g} N s over {:.4g} ms; effects: {}\n", sound.strike.impulse,
              1000 * sound.strike.force.duration, fmt::join(effects, ", "));
   // What was asked for and cannot be: a room without a listener.
@@ -194,7 +142,7 @@ void run_strike(const StrikeOptions& options, Context& context) {
       fmt::print("  {:<24} off: {}\n", effect.effect->name, effect.reason);
     }
   }
-  for (const auto& [name, value] : drawn.items()) {
+  for (const auto& [name, value] : struck.drawn.items()) {
     fmt::print("  {:<24} {}\n", name, value.dump());
   }
   if (object.pitch_target) print_report(*object.pitch_target);

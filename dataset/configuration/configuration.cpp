@@ -24,51 +24,6 @@ using core::path_beside;
 
 namespace {
 
-/// A limit of memory [byte].
-std::int64_t memory_limit(ConfigNode& node, const std::string& key, std::int64_t fallback) {
-  const double bytes = node.quantity(key, Dimension::memory, static_cast<double>(fallback));
-  std::int64_t limit = 0;
-  at_key(node, key, [&] { limit = core::whole_bytes(bytes); });
-  return limit;
-}
-
-void read_modes(ConfigNode node, BuildConfig& config) {
-  // Modes at or above half the sample rate would not sound.
-  config.band = scene::read_band(
-      node, {.max_frequency = std::min(20000.0, config.scene.audio.sample_rate / 2)});
-  config.mesh.order = static_cast<int>(node.integer("order", 1, 4, 3));
-  config.mesh.element_size = node.not_negative("element_size", Dimension::length, 0);
-  config.mesh.max_elements = node.integer("max_elements", 1, 100000000, 200000);
-  config.mesh.edge_layers = static_cast<int>(node.integer("edge_layers", 0, 4, 1));
-  // Who fixes the elements wants these.
-  if (node.has("order") || config.mesh.element_size > 0) config.pitch_cents = 0;
-  for (const char* key : {"order", "element_size", "edge_layers"})
-    if (node.has(key)) config.object_solver.solver = scene::ObjectSolver::tetrahedra;
-}
-
-void read_solver(ConfigNode node, BuildConfig& config) {
-  scene::SolverRequest& solver = config.object_solver;
-  for (const char* key : {"linear_solver", "eigen_solver"})
-    if (node.has(key)) solver.solver = scene::ObjectSolver::tetrahedra;
-  solver.solver =
-      scene::parse_object_solver(node.choice("kind", {"automatic", "tetrahedra", "axisymmetric"},
-                                             std::string(scene::name_of(solver.solver))));
-  solver.reason = "solver.kind, or a key of tetrahedra, asks for it";
-  const std::string cents = node.text(
-      "pitch_cents", config.pitch_cents > 0 ? fmt::format("{}", config.pitch_cents) : "off");
-  at_key(node, "pitch_cents",
-         [&] { config.pitch_cents = solvers::pitch::parse_pitch_target(cents); });
-  config.max_unknowns =
-      node.integer("max_unknowns", 1, 1000000000, solvers::pitch::usual_max_unknowns);
-  config.solver.linear_solver = solvers::modes::parse_linear_solver(
-      node.choice("linear_solver", {"automatic", "direct", "iterative"}, "automatic"));
-  config.solver.solver = solvers::modes::parse_eigen_solver(
-      node.choice("eigen_solver", {"block_lanczos", "krylov_schur"}, "block_lanczos"));
-  config.solver.mirror_planes =
-      node.choice("mirror_planes", {"automatic", "off"}, "automatic") == "automatic";
-  config.solver.memory_limit = memory_limit(node, "memory_limit", config.solver.memory_limit);
-}
-
 synth::signal::MelOptions read_mel(ConfigNode node, const scene::AudioConfig& audio) {
   synth::signal::MelOptions mel;
   mel.sample_rate = audio.sample_rate;
@@ -239,7 +194,7 @@ BuildConfig read_build_config(const std::string& text, const std::string& file_n
                                     .materials_place = materials_place(root),
                                     .parts = config.split.parts(),
                                     .with_files = with_files});
-  read_modes(root.child("modes"), config);
+  scene::read_modes(root.child("modes"), config.scene.audio.sample_rate, config);
   if (root.has("motion")) {
     config.motion = scene::motion::read_motion(root.child("motion"), file_name,
                                                cast_objects(config), config.own_materials);
@@ -250,7 +205,7 @@ BuildConfig read_build_config(const std::string& text, const std::string& file_n
     }
   }
   tell_negative_damping(root, config);
-  read_solver(root.child("solver"), config);
+  scene::read_solver(root.child("solver"), config);
   config.limits = read_limits(root.child("limits"));
   config.ranks = read_ranks(root.child("ranks"));
   if (root.has("mel")) config.mel = read_mel(root.child("mel"), config.scene.audio);

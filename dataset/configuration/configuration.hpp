@@ -12,9 +12,9 @@
 #include "dataset/configuration/ranks.hpp"
 #include "render/frame.hpp"
 #include "render/voxels.hpp"
+#include "scene/modes_config.hpp"
 #include "scene/motion/motion_config.hpp"
 #include "scene/scene.hpp"
-#include "solvers/eigen/solve_modes.hpp"
 #include "synth/material/material.hpp"
 #include "synth/signal/mel.hpp"
 
@@ -30,7 +30,7 @@ struct SplitConfig {
 };
 
 /// A build, as its configuration says; docs/configuration.md lists every key.
-struct BuildConfig {
+struct BuildConfig : scene::ModesConfig {
   std::string name;
   About about;
   std::uint64_t seed = 0;
@@ -38,13 +38,6 @@ struct BuildConfig {
   std::vector<synth::material::Material> own_materials;
   std::vector<ObjectSource> objects;
   VariantChoice sounding;  ///< variants of each object that samples are made of
-  solvers::modes::Band band;
-  scene::SolverRequest object_solver;   ///< of objects that name none
-  solvers::eigen::SolveOptions solver;  ///< all but the band
-  solvers::mesh::MeshOptions mesh;
-  /// Each shape is refined until its worst mode is within it; 0: not.
-  double pitch_cents = solvers::pitch::usual_pitch_target;
-  std::int64_t max_unknowns = solvers::pitch::usual_max_unknowns;  ///< of such refinements
   RanksConfig ranks;
   TaskLimits limits;
   scene::Scene scene;

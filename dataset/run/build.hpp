@@ -2,6 +2,7 @@
 
 #include <mpi.h>
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,15 +12,16 @@
 namespace carillon::dataset::run {
 
 struct BuildOptions {
-  std::string config;                  ///< path of the YAML file
+  std::string config;                  ///< path of the YAML file, or what `text` is called
   std::string output;                  ///< "": a folder named as the configuration
   std::vector<std::string> overrides;  ///< --set key=value
   bool retry_failed = false;
-  std::string cache{};            ///< folder of meshes and modes; empty: none is kept
-  std::string command{};          ///< as it was typed, for trace.json
-  bool quiet = false;             ///< no progress lines
-  core::Tell tell{};              ///< what came of it; may be empty
-  core::Tell tell_interrupted{};  ///< the same of a run that is cut short
+  std::optional<std::string> text{};  ///< of a configuration that is no file
+  std::string cache{};                ///< folder of meshes and modes; empty: none is kept
+  std::string command{};              ///< as it was typed, for trace.json
+  bool quiet = false;                 ///< no progress lines
+  core::Tell tell{};                  ///< what came of it; may be empty
+  core::Tell tell_interrupted{};      ///< the same of a run that is cut short
 };
 
 /// A configuration as every rank sees it, and what it expands to.
@@ -34,6 +36,8 @@ struct LoadedBuild {
 /// @throws FileError  on every rank alike
 /// @note Collective on world.
 std::string shared_text(const std::string& path, MPI_Comm world);
+/// The same, or the one that is given.
+std::string shared_text(const BuildOptions& options, MPI_Comm world);
 
 /// What a configuration's text says with these overrides; the plan is still empty.
 /// @throws ConfigError, InputError, FileError

@@ -13,6 +13,10 @@ std::string shared_text(const std::string& path, MPI_Comm world) {
   return mpi::broadcast(text, 0, world);
 }
 
+std::string shared_text(const BuildOptions& options, MPI_Comm world) {
+  return options.text ? *options.text : shared_text(options.config, world);
+}
+
 void check_alike(const std::string& fingerprint, MPI_Comm world) {
   const auto plans = mpi::all_gather(fingerprint, world);
   for (const std::string& plan : plans) {
@@ -32,7 +36,7 @@ LoadedBuild read_build(const std::string& text, const BuildOptions& options) {
 }
 
 LoadedBuild load_build(const BuildOptions& options, MPI_Comm world) {
-  const std::string text = shared_text(options.config, world);
+  const std::string text = shared_text(options, world);
   LoadedBuild build;
   mpi::agreed(world, [&] { build = read_build(text, options); });
   const SharedMeshes meshes({&build, 1}, world);

@@ -48,7 +48,7 @@ run::LoadedBuild read_variant(const std::string& text, const run::BuildOptions& 
 }  // namespace
 
 std::optional<LoadedSweep> load_sweep(const run::BuildOptions& options, MPI_Comm world) {
-  const std::string text = run::shared_text(options.config, world);
+  const std::string text = run::shared_text(options, world);
   std::optional<LoadedSweep> loaded;
   mpi::agreed(world, [&] {
     std::optional<Sweep> sweep = read_sweep(text, options.config, options.overrides);

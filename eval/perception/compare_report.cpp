@@ -1,4 +1,4 @@
-#include "cli/compare_report.hpp"
+#include "eval/perception/compare_report.hpp"
 
 #include <fmt/format.h>
 
@@ -6,15 +6,14 @@
 
 #include "core/json.hpp"
 
-namespace carillon::cli {
+namespace carillon::eval::perception {
 
 namespace {
 
-nlohmann::json only_json(const eval::features::FeatureSet& set,
-                         const std::vector<std::size_t>& places) {
+nlohmann::json only_json(const features::FeatureSet& set, const std::vector<std::size_t>& places) {
   nlohmann::json modes = nlohmann::json::array();
   for (const std::size_t place : places) {
-    const eval::features::Feature& mode = set.features[place];
+    const features::Feature& mode = set.features[place];
     modes.push_back({{"frequency_hz", mode.frequency},
                      {"decay_rate_per_s", mode.decay_rate},
                      {"amplitude", mode.amplitude}});
@@ -22,13 +21,12 @@ nlohmann::json only_json(const eval::features::FeatureSet& set,
   return modes;
 }
 
-nlohmann::json summary_json(const eval::perception::JndSummary& summary) {
+nlohmann::json summary_json(const JndSummary& summary) {
   return {{"mean", core::number_or_null(summary.mean)},
           {"worst", core::number_or_null(summary.worst)}};
 }
 
-nlohmann::json sound_json(const std::string& file, const eval::perception::HeardSound& sound,
-                          double loudest) {
+nlohmann::json sound_json(const std::string& file, const HeardSound& sound, double loudest) {
   return {{"file", file},
           {"sample_rate_hz", sound.set.sample_rate},
           {"onset_s", sound.set.onset},
@@ -44,17 +42,17 @@ std::string figure(double value, int width, int digits) {
                            : fmt::format("{:{}.{}f}", value, width, digits);
 }
 
-void print_unmatched(const std::string& file, const eval::features::FeatureSet& set,
+void print_unmatched(const std::string& file, const features::FeatureSet& set,
                      const std::vector<std::size_t>& places) {
   for (const std::size_t place : places) {
-    const eval::features::Feature& mode = set.features[place];
+    const features::Feature& mode = set.features[place];
     fmt::print("  {:12.3f}  d {:.4g} 1/s, amplitude {:.3g}: only in {}\n", mode.frequency,
                mode.decay_rate, mode.amplitude, file);
   }
 }
 
 void print_modes(const ComparedFiles& compared) {
-  const eval::perception::ModeComparison& modes = compared.comparison.modes;
+  const ModeComparison& modes = compared.comparison.modes;
   for (const auto* sound : {&compared.reference, &compared.other}) {
     if (sound->set.nothing.empty()) continue;
     fmt::print("{}: no modes: {}\n",
@@ -65,7 +63,7 @@ void print_modes(const ComparedFiles& compared) {
     fmt::print("  {:>12}  {:>8} {:>7}  {:>8} {:>7}  {:>8} {:>7}\n", "f [Hz]", "cents", "JND",
                "d ratio", "JND", "level dB", "JND");
   }
-  for (const eval::perception::MatchedMode& pair : modes.matched) {
+  for (const MatchedMode& pair : modes.matched) {
     fmt::print("  {:12.3f}  {:+8.2f} {:7.2f}  {:8.3f} {}  {:+8.2f} {:7.2f}\n",
                compared.reference.set.features[pair.reference].frequency, pair.cents,
                pair.pitch_jnd, pair.decay_ratio, figure(pair.decay_jnd, 7, 2), pair.level,
@@ -83,7 +81,7 @@ void print_modes(const ComparedFiles& compared) {
     }
   }
   fmt::print("\n");
-  const auto tell = [](const char* name, const eval::perception::JndSummary& summary) {
+  const auto tell = [](const char* name, const JndSummary& summary) {
     fmt::print("{:<6} {} JND on average, {} at worst\n", name, figure(summary.mean, 6, 2),
                figure(summary.worst, 0, 2));
   };
@@ -95,12 +93,12 @@ void print_modes(const ComparedFiles& compared) {
 }  // namespace
 
 nlohmann::json to_json(const ComparedFiles& compared) {
-  const eval::perception::SoundComparison& comparison = compared.comparison;
-  const eval::perception::ModeComparison& modes = comparison.modes;
+  const SoundComparison& comparison = compared.comparison;
+  const ModeComparison& modes = comparison.modes;
   nlohmann::json matched = nlohmann::json::array();
-  for (const eval::perception::MatchedMode& pair : modes.matched) {
-    const eval::features::Feature& mode = compared.reference.set.features[pair.reference];
-    const eval::features::Feature& other = compared.other.set.features[pair.other];
+  for (const MatchedMode& pair : modes.matched) {
+    const features::Feature& mode = compared.reference.set.features[pair.reference];
+    const features::Feature& other = compared.other.set.features[pair.other];
     matched.push_back({{"frequency_hz", mode.frequency},
                        {"other_frequency_hz", other.frequency},
                        {"decay_rate_per_s", mode.decay_rate},
@@ -140,7 +138,7 @@ nlohmann::json to_json(const ComparedFiles& compared) {
 }
 
 void print_comparison(const ComparedFiles& compared) {
-  const eval::perception::SoundComparison& comparison = compared.comparison;
+  const SoundComparison& comparison = compared.comparison;
   fmt::print("{} against {}: {:.3f} s from both onsets at {:g} Hz\n", compared.other_file,
              compared.reference_file, comparison.seconds, comparison.sample_rate);
   print_modes(compared);
@@ -155,4 +153,4 @@ void print_comparison(const ComparedFiles& compared) {
              comparison.spectra.log_magnitude);
 }
 
-}  // namespace carillon::cli
+}  // namespace carillon::eval::perception

@@ -5,15 +5,15 @@
 
 #include "eval/perception/compare_sounds.hpp"
 
-namespace carillon::cli {
+namespace carillon::eval::perception {
 
 /// Two files, what is heard in them, and how they differ.
 struct ComparedFiles {
   std::string reference_file;
   std::string other_file;
-  eval::perception::HeardSound reference;
-  eval::perception::HeardSound other;
-  eval::perception::SoundComparison comparison;
+  HeardSound reference;
+  HeardSound other;
+  SoundComparison comparison;
 };
 
 /// As --json prints it; docs/comparison.md names the fields.
@@ -22,4 +22,4 @@ nlohmann::json to_json(const ComparedFiles& compared);
 /// For people.
 void print_comparison(const ComparedFiles& compared);
 
-}  // namespace carillon::cli
+}  // namespace carillon::eval::perception

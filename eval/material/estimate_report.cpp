@@ -1,4 +1,4 @@
-#include "cli/estimate_report.hpp"
+#include "eval/material/estimate_report.hpp"
 
 #include <fmt/format.h>
 
@@ -7,12 +7,11 @@
 
 #include "core/json.hpp"
 
-namespace carillon::cli {
+namespace carillon::eval::material {
 
 namespace {
 
-nlohmann::json json_of(const eval::material::Candidate& candidate,
-                       const eval::material::MetricValue& value) {
+nlohmann::json json_of(const Candidate& candidate, const MetricValue& value) {
   nlohmann::json parameters = nlohmann::json::object();
   for (std::size_t k = 0; k < candidate.damping.parameters.size(); ++k) {
     parameters[synth::damping::parameter_name(k)] = candidate.damping.parameters[k];
@@ -29,8 +28,7 @@ nlohmann::json json_of(const eval::material::Candidate& candidate,
 
 }  // namespace
 
-nlohmann::json to_json(const eval::material::MaterialEstimate& estimate,
-                       const eval::features::FeatureSet& recording,
+nlohmann::json to_json(const MaterialEstimate& estimate, const features::FeatureSet& recording,
                        const std::optional<double>& density, const core::Trace& trace) {
   nlohmann::json json = json_of(estimate.candidate, estimate.value);
   for (std::size_t k = 0; k < estimate.ranges.size(); ++k) {
@@ -45,12 +43,12 @@ nlohmann::json to_json(const eval::material::MaterialEstimate& estimate,
     json["youngs_modulus_pa"] = estimate.candidate.specific_modulus * *density;
     json["density_kg_m3"] = *density;
   }
-  for (const eval::material::LocalMinimum& minimum : estimate.minima) {
+  for (const LocalMinimum& minimum : estimate.minima) {
     json["minima"].push_back(json_of(minimum.candidate, minimum.value));
   }
   json["matches"] = nlohmann::json::array();
-  for (const eval::material::MatchedFeature& match : estimate.matches) {
-    const eval::features::Feature& feature = recording.features[match.feature];
+  for (const MatchedFeature& match : estimate.matches) {
+    const features::Feature& feature = recording.features[match.feature];
     json["matches"].push_back({{"frequency_hz", feature.frequency},
                                {"decay_rate_per_s", feature.decay_rate},
                                {"amplitude", feature.amplitude},
@@ -72,10 +70,9 @@ nlohmann::json to_json(const eval::material::MaterialEstimate& estimate,
   return json;
 }
 
-void print_estimate(const eval::material::MaterialEstimate& estimate,
-                    const eval::features::FeatureSet& recording,
+void print_estimate(const MaterialEstimate& estimate, const features::FeatureSet& recording,
                     const std::optional<double>& density, const core::Trace& trace) {
-  const eval::material::Candidate& found = estimate.candidate;
+  const Candidate& found = estimate.candidate;
   fmt::print("{:<22} {:.5g} m^2/s^2", "specific modulus", found.specific_modulus);
   if (std::isfinite(estimate.modulus_error)) {
     fmt::print(" +- {:.2g} %", 100 * estimate.modulus_error);
@@ -102,7 +99,7 @@ void print_estimate(const eval::material::MaterialEstimate& estimate,
   fmt::print("{:<22} {} of the recording, {} of the estimate, {:.3g} cents apart\n", "modes",
              recording.features.size(), estimate.tones.size(), estimate.rms_cents);
   for (std::size_t i = 1; i < std::min<std::size_t>(4, estimate.minima.size()); ++i) {
-    const eval::material::LocalMinimum& other = estimate.minima[i];
+    const LocalMinimum& other = estimate.minima[i];
     fmt::print("{:<22} {:.5g} m^2/s^2, metric {:.4g}\n", i == 1 ? "other minima" : "",
                other.candidate.specific_modulus, other.value.metric);
   }
@@ -112,4 +109,4 @@ void print_estimate(const eval::material::MaterialEstimate& estimate,
   }
 }
 
-}  // namespace carillon::cli
+}  // namespace carillon::eval::material

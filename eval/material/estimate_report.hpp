@@ -6,19 +6,17 @@
 #include "core/trace.hpp"
 #include "eval/material/estimate_material.hpp"
 
-namespace carillon::cli {
+namespace carillon::eval::material {
 
 /// An estimate as --json prints it; docs/material-estimation.md names the fields.
 /// @param recording  the features it was made from
 /// @param density    of the object [kg/m^3], where it is known
 /// @param trace      stages that ran
-nlohmann::json to_json(const eval::material::MaterialEstimate& estimate,
-                       const eval::features::FeatureSet& recording,
+nlohmann::json to_json(const MaterialEstimate& estimate, const features::FeatureSet& recording,
                        const std::optional<double>& density, const core::Trace& trace);
 
 /// The same for people.
-void print_estimate(const eval::material::MaterialEstimate& estimate,
-                    const eval::features::FeatureSet& recording,
+void print_estimate(const MaterialEstimate& estimate, const features::FeatureSet& recording,
                     const std::optional<double>& density, const core::Trace& trace);
 
-}  // namespace carillon::cli
+}  // namespace carillon::eval::material
