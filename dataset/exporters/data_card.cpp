@@ -142,8 +142,8 @@ std::string names_of(const ExportedRows::Column& column) {
 
 std::string columns_text(const ExportedRows& rows) {
   std::string text =
-      "## Columns\n\nA number that there is not is null. Texts are texts also where they are "
-      "digits, as `id` is.\n\n" +
+      "## Columns\n\nA number that there is not, NaN in what follows, is null. Texts are texts "
+      "also where they are digits, as `id` is.\n\n" +
       table_head({"column", "type", "unit", "meaning"});
   for (const ExportedRows::Column& column : rows.columns()) {
     const core::ColumnRule* rule = core::find_rule(scene::columns(), column.name);
@@ -198,15 +198,17 @@ std::string objects_table(const ordered_json& shapes) {
 
 std::string making_text(const CardSource& source) {
   const ordered_json versions = source.said.value("versions", ordered_json::object());
-  std::string text = fmt::format(
+  const std::string configuration = source.said.value("configuration", "");
+  std::string text =
       "## How it was made\n\nThe sounds are synthesized: the modes of each object are solved by "
-      "finite elements, and rung by strikes. Carillon {} built the dataset "
-      "from the configuration below (`carillon build`), and Carillon {} exported it:\n\n    "
-      "carillon "
-      "export {} --format {} --split {}{}{}\n\n",
-      versions.value("carillon", "of an unknown version"), core::revision(), source.name,
-      source.format, source.split, source.arrays.empty() ? "" : " --with ",
-      fmt::join(source.arrays, " "));
+      "finite elements, and rung by strikes. ";
+  text +=
+      fmt::format("Carillon {} built the dataset{} (`carillon build`), and Carillon {} ",
+                  versions.value("carillon", "of an unknown version"),
+                  configuration.empty() ? "" : " from the configuration below", core::revision());
+  text += fmt::format("exported it:\n\n    carillon export {} --format {} --split {}{}{}\n\n",
+                      source.name, source.format, source.split,
+                      source.arrays.empty() ? "" : " --with ", fmt::join(source.arrays, " "));
   text += materials_table(source.said.value("materials", ordered_json::array()));
   text += objects_table(source.said.value("shapes", ordered_json::array()));
   if (!source.said.empty()) {
@@ -214,7 +216,6 @@ std::string making_text(const CardSource& source) {
         "`dataset.json` has every material and object in full, and versions of libraries; "
         "`croissant.json` describes the files (MLCommons Croissant).\n\n";
   }
-  const std::string configuration = source.said.value("configuration", "");
   if (configuration.empty()) return text;
   return text + fmt::format(
                     "<details><summary>The configuration, with every default</summary>\n\n"
