@@ -40,6 +40,13 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
   target_compile_options(carillon_options INTERFACE -Wno-array-bounds -Wno-restrict
     -Wno-maybe-uninitialized -Wno-stringop-overread -Wno-stringop-overflow)
 endif()
+if(CARILLON_PYTHON)
+  # The Python module is a shared library of the same objects.
+  target_compile_options(carillon_options INTERFACE -fPIC)
+  if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
+    target_compile_options(carillon_options INTERFACE -fno-semantic-interposition)
+  endif()
+endif()
 if(CARILLON_WARNINGS_AS_ERRORS)
   target_compile_options(carillon_options INTERFACE -Werror)
 endif()

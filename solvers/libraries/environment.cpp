@@ -13,9 +13,6 @@
 #include "core/error.hpp"
 #include "solvers/libraries/detail/blas_library.hpp"
 
-// Of the run-time library that SuiteSparse runs on, whose header need not be this compiler's.
-extern "C" void omp_set_max_active_levels(int levels);
-
 namespace carillon::solvers::libraries {
 namespace {
 
@@ -65,9 +62,6 @@ PetscErrorCode collect(MPI_Comm, int, const char* function, const char*, PetscEr
 }  // namespace
 
 SolverEnvironment::SolverEnvironment() {
-  // Its supernodal code asks for four threads whatever OMP_NUM_THREADS says; with no active level
-  // allowed every parallel region of this thread runs alone.
-  omp_set_max_active_levels(0);
   int count = 3;
   static char program[] = "carillon", no_file[] = "-skip_petscrc",
               no_signals[] = "-no_signal_handler";

@@ -3,6 +3,8 @@
 #include <string>
 #include <utility>
 
+#include "solvers/libraries/one_thread.hpp"
+
 namespace carillon::solvers::libraries {
 
 /// Starts PETSc and SLEPc after MPI and ends them before it; one object of a program, made on every
@@ -17,6 +19,9 @@ class SolverEnvironment {
   ~SolverEnvironment();
   SolverEnvironment(const SolverEnvironment&) = delete;
   SolverEnvironment& operator=(const SolverEnvironment&) = delete;
+
+ private:
+  OneThread one_thread_;
 };
 
 /// Turns a PETSc or SLEPc return code into an exception.

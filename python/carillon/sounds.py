@@ -1,0 +1,335 @@
+"""Sounds, their features, and what is found from them."""
+from __future__ import annotations
+
+import dataclasses
+import json
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy
+import numpy.typing
+
+from carillon import _carillon, show
+
+if TYPE_CHECKING:
+    from carillon.materials import Material
+    from carillon.objects import Object, Quantity
+
+FloatArray = numpy.typing.NDArray[numpy.float64]
+
+
+class Sound(numpy.ndarray):
+    """Samples [samples] or [listeners, samples], float32, with their rate and how they came about."""
+
+    rate: float  #: [Hz]
+    document: dict[str, Any]  #: all that `carillon strike --json` prints: effects that ran, what was drawn
+
+    def __new__(cls, samples: numpy.typing.ArrayLike, rate: float, document: Mapping[str, Any] | None = None) -> Sound:
+        made = numpy.asarray(samples, numpy.float32).view(cls)
+        made.rate, made.document = rate, dict(document or {})
+        return made
+
+    def __array_finalize__(self, made_from: Any) -> None:
+        self.rate = getattr(made_from, "rate", numpy.nan)
+        self.document = getattr(made_from, "document", {})
+
+    def __reduce__(self) -> Any:
+        return Sound, (numpy.asarray(self), self.rate, self.document)
+
+    @property
+    def unit(self) -> str:
+        """Of the values, before `gain`: m/s at the point that was struck, Pa at listeners."""
+        return str(self.document.get("unit", ""))
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """A WAV file of 32-bit floats, a channel for each listener."""
+        channels = numpy.ascontiguousarray(numpy.atleast_2d(numpy.asarray(self)).T)
+        _carillon.write_wav(os.fspath(path), channels, round(self.rate))
+
+    def plot(self, axes: Any = None) -> Any:
+        """The spectrogram of the first channel in dB, with matplotlib; returns the axes."""
+        axes = show.axes(axes)
+        first = numpy.atleast_2d(numpy.asarray(self))[0].astype(float)
+        loudest = numpy.abs(first).max() or 1
+        axes.specgram(first / loudest, NFFT=1024, noverlap=768, Fs=self.rate, vmin=-160, vmax=-40)
+        axes.set(xlabel="time [s]", ylabel="frequency [Hz]")
+        return axes
+
+    def _repr_html_(self) -> str:
+        """A player in a notebook."""
+        try:
+            from IPython.display import Audio
+        except ImportError:
+            return f"<pre>{self!r}</pre>"
+        return str(Audio(numpy.asarray(self), rate=round(self.rate))._repr_html_())
+
+
+def _rate_of(sound: Any, rate: float | None) -> float:
+    known = rate if rate is not None else getattr(sound, "rate", None)
+    if known is None:
+        raise TypeError("the sample rate is missing: give it after the samples")
+    return float(known)
+
+
+def _floats(entries: Iterable[Mapping[str, Any]], name: str) -> FloatArray:
+    return numpy.array([numpy.nan if entry[name] is None else entry[name] for entry in entries], float)
+
+
+@dataclasses.dataclass(frozen=True, repr=False, eq=False)
+class Features:
+    """Decaying tones of a sound, by frequency: a exp(-d t) cos(2 pi f t + phase), t from the onset.
+
+    Errors are one standard deviation; NaN where a method gives none.
+    """
+
+    frequencies: FloatArray  #: [n] Hz, damped
+    decay_rates: FloatArray  #: [n] 1/s
+    amplitudes: FloatArray  #: [n] at the onset, full scale 1
+    frequency_errors: FloatArray  #: [n] Hz
+    decay_rate_errors: FloatArray  #: [n] 1/s
+    amplitude_errors: FloatArray  #: [n]
+    snrs: FloatArray  #: [n] dB
+    reverberant: numpy.typing.NDArray[numpy.bool_]  #: [n] may be the room's: not to be relied on
+    onset: float  #: s
+    explained: float  #: fraction of the energy that the features make up
+    remarks: list[str]  #: what was left out and why
+    nothing: str  #: why there are no features; "" where there are
+    document: dict[str, Any] = dataclasses.field(repr=False)  #: all that `carillon features --json` prints
+
+    @classmethod
+    def _from_json(cls, document: dict[str, Any]) -> Features:
+        rows = document["features"]
+        columns = [_floats(rows, name) for name in
+                   ("frequency_hz", "decay_rate_per_s", "amplitude", "frequency_error_hz", "decay_rate_error_per_s",
+                    "amplitude_error", "snr_db")]
+        reverberant = numpy.array([row["reverberant"] for row in rows], bool)
+        return cls(*columns, reverberant, document["onset_s"], document["energy_explained"], document["remarks"],
+                   document["nothing"], document)
+
+    def __len__(self) -> int:
+        return len(self.frequencies)
+
+    def __repr__(self) -> str:
+        if self.nothing:
+            return f"<no features: {self.nothing}>"
+        return (f"<{len(self)} features, {self.frequencies[0]:.1f} to {self.frequencies[-1]:.1f} Hz, "
+                f"{100 * self.explained:.3g} % of the energy>")
+
+    def plot(self, axes: Any = None) -> Any:
+        """Decay rates over frequencies with their errors, with matplotlib; returns the axes."""
+        axes = show.axes(axes)
+        axes.errorbar(self.frequencies, self.decay_rates, self.decay_rate_errors, fmt="o", ms=4)
+        axes.set(xlabel="frequency [Hz]", ylabel="decay rate [1/s]", xscale="log", yscale="log")
+        return axes
+
+    def _repr_html_(self) -> str:
+        rows = [[f"{f:.2f}", f"{fe:.2g}", f"{d:.4g}", f"{de:.2g}", f"{a:.3g}", f"{snr:.1f}"] for f, fe, d, de, a, snr in
+                zip(self.frequencies, self.frequency_errors, self.decay_rates, self.decay_rate_errors,
+                    self.amplitudes, self.snrs)]
+        caption = self.nothing or f"{len(self)} features, {100 * self.explained:.3g} % of the energy"
+        return show.table(["f [Hz]", "+-", "d [1/s]", "+-", "amplitude", "SNR [dB]"], rows, caption)
+
+
+def features(samples: numpy.typing.ArrayLike, rate: float | None = None, *, method: str = "esprit",
+             onset: Quantity | None = None, contact_time: Quantity | None = None,
+             min_frequency: Quantity | None = None, max_frequency: Quantity | None = None,
+             min_decay_rate: float | None = None, rt60: float | Sequence[float] | None = None,
+             min_level: float | None = None, max_features: int | None = None) -> Features:
+    """Modal features of a struck object's sound.
+
+    samples: [samples] or [channels, samples], full scale 1; rate: [Hz], of a Sound its own.
+    The options are those of `carillon features`; rt60: reverberation time of the room [s], one or by octave from
+    125 Hz on.
+    Raises InputError: a sample that is not finite, options out of range.
+    """
+    rt60_list = None if rt60 is None else [float(t) for t in numpy.atleast_1d(numpy.asarray(rt60))]
+    settings = _settings(method=method, onset=onset, contact_time=contact_time, min_frequency=min_frequency,
+                         max_frequency=max_frequency, min_decay_rate=min_decay_rate, rt60=rt60_list,
+                         min_level=min_level, max_features=max_features)
+    with show.arguments_of("features()"):
+        found = _carillon.features(numpy.asarray(samples), _rate_of(samples, rate), settings)
+    return Features._from_json(json.loads(found))
+
+
+def _settings(**given: Any) -> str:
+    return json.dumps({key: value for key, value in given.items() if value is not None}, default=show.plain)
+
+
+@dataclasses.dataclass(frozen=True)
+class Fit:
+    """A damping model fitted to features: c = 2 d as a function of lambda = omega^2."""
+
+    model: str
+    estimator: str
+    formula: str  #: with its numbers
+    parameters: dict[str, float]  #: alpha1, alpha2, ...
+    confidence95: dict[str, tuple[float, float]]  #: of each, by profile likelihood; infinite where unbounded
+    units: dict[str, str]
+    sigma: float  #: of the Gaussian error of c [1/s]; of emg_relative as a fraction of the law's c
+    eta: float  #: rate of the exponential excess of c [s]; infinite where there is none
+    log_likelihood: float
+    converged: bool
+    remarks: list[str]
+    document: dict[str, Any] = dataclasses.field(repr=False)  #: all that `carillon fit --json` prints
+
+    @classmethod
+    def _from_json(cls, document: dict[str, Any]) -> Fit:
+        infinite = float("inf")
+        parameters = dict(document["parameters"])
+        intervals = {name: (-infinite if low is None else low, infinite if high is None else high)
+                     for name, (low, high) in parameters.pop("confidence95", {}).items()}
+        alphas = {name: value for name, value in parameters.items() if isinstance(value, (int, float))}
+        return cls(document["model"], document["estimator"], document["formula"], alphas, intervals,
+                   document["units"], document.get("sigma_per_s", document.get("sigma_of_c")),
+                   infinite if document["eta_s"] is None else document["eta_s"], document["log_likelihood"],
+                   document["converged"], document["remarks"], document)
+
+    @property
+    def curve(self) -> tuple[FloatArray, FloatArray]:
+        """Frequencies [Hz] and the law's decay rates [1/s] there."""
+        curve = self.document["fits"][self.estimator]["curve"]
+        return (numpy.array(curve["frequency_hz"], float), numpy.array(curve["decay_rate_per_s"], float))
+
+    def plot(self, axes: Any = None) -> Any:
+        """The features and the law, with matplotlib; returns the axes."""
+        axes = show.axes(axes)
+        rows = self.document["features"]
+        axes.plot(_floats(rows, "frequency_hz"), _floats(rows, "decay_rate_per_s"), "o", ms=4, label="features")
+        axes.plot(*self.curve, label=self.formula)
+        axes.set(xlabel="frequency [Hz]", ylabel="decay rate [1/s]", xscale="log", yscale="log")
+        axes.legend()
+        return axes
+
+    def _repr_html_(self) -> str:
+        rows = [[name, f"{value:.5g}", self.units.get(name, ""), "{:.4g} to {:.4g}".format(*self.confidence95[name])
+                 if name in self.confidence95 else ""] for name, value in self.parameters.items()]
+        return show.table(["", "value", "unit", "95 %"], rows, f"{self.estimator}: {self.formula}")
+
+
+def fit(*features: Features | tuple[numpy.typing.ArrayLike, numpy.typing.ArrayLike], model: str = "rayleigh",
+        estimator: str = "emg") -> Fit:
+    """A material's damping from features of its sounds, whatever held the object.
+
+    features: as features() gives them, or pairs (frequencies [n] Hz, decay rates [n] 1/s); several are joined.
+    model: rayleigh, caughey, caughey:N, power, hybrid, or a formula of lambda, omega, f and alpha1, alpha2, ...
+    estimator: emg (excess damping and errors), emg_relative, least_squares or lower_bound.
+    Raises InputError: fewer features than can be fitted, an unknown model.
+    """
+    sources = []
+    for i, source in enumerate(features):
+        if isinstance(source, Features):
+            rows = source.document["features"]
+        else:
+            pair = [numpy.asarray(values, float).tolist() for values in source]
+            rows = [{"frequency_hz": f, "decay_rate_per_s": d} for f, d in zip(*pair, strict=True)]
+        sources.append({"name": f"sound {i + 1}", "features": rows})
+    return Fit._from_json(json.loads(_carillon.fit(json.dumps(sources), model, estimator)))
+
+
+@dataclasses.dataclass(frozen=True)
+class Comparison:
+    """Two sounds of one object: errors of modes, loudness and spectra."""
+
+    level: float  #: energy of the other's over the reference's [dB]
+    matched: list[dict[str, float]]  #: pairs of modes: cents, ratios, just-noticeable differences
+    reference_only: list[dict[str, float]]
+    other_only: list[dict[str, float]]
+    jnd: dict[str, dict[str, float | None]]  #: of pitch, decay and level: `mean` and `worst`, weighted
+    loudness_fraction: float  #: rms of the difference of specific loudness over the sounds' own
+    spectral_distance: float
+    document: dict[str, Any] = dataclasses.field(repr=False)  #: all that `carillon compare --json` prints
+
+    def _repr_html_(self) -> str:
+        def number(value: float | None) -> str:
+            return "-" if value is None else f"{value:.2f}"
+        rows = [[name, number(entry["mean"]), number(entry["worst"])] for name, entry in self.jnd.items()]
+        caption = (f"{len(self.matched)} modes matched, {len(self.reference_only)} and {len(self.other_only)} not; "
+                   f"just-noticeable differences")
+        return show.table(["", "mean", "worst"], rows, caption)
+
+
+def compare(reference: numpy.typing.ArrayLike, other: numpy.typing.ArrayLike, rate: float | None = None,
+            other_rate: float | None = None, *, loudest_level: float = 80, widest: float = 100,
+            rt60: float | Sequence[float] | None = None) -> Comparison:
+    """How different two sounds of one object are to a listener; docs/comparison.md says what the numbers mean.
+
+    reference, other: [samples], full scale 1; rates [Hz], of Sounds their own.
+    loudest_level: that the louder one's loudest moment is heard at [dB re 20 uPa]; widest: modes further apart
+    than this are not the same [cents].
+    """
+    first = _rate_of(reference, rate)
+    second = other_rate if other_rate is not None else float(getattr(other, "rate", first))
+    rt60_list = None if rt60 is None else [float(t) for t in numpy.atleast_1d(numpy.asarray(rt60))]
+    document = json.loads(_carillon.compare(numpy.asarray(reference), first, numpy.asarray(other), second,
+                                            loudest_level, widest, _settings(rt60=rt60_list)))
+    nan = float("nan")
+    return Comparison(nan if document["level_db"] is None else document["level_db"], document["matched"],
+                      document["reference_only"], document["other_only"], document["jnd"],
+                      nan if document["loudness"]["fraction"] is None else document["loudness"]["fraction"],
+                      document["spectra"]["total"], document)
+
+
+@dataclasses.dataclass(frozen=True)
+class Estimate:
+    """What a struck object is made of, by one recording."""
+
+    specific_modulus: float  #: E / density [m^2/s^2]
+    specific_modulus_error: float  #: one standard error of its logarithm; infinite where it is not determined
+    youngs_modulus: float | None  #: [Pa], where the density was given
+    model: str  #: the damping with its numbers
+    parameters: dict[str, float]  #: of the damping
+    remarks: list[str]  #: how well it is determined
+    resynthesis: Sound  #: the recording made again from the estimate
+    document: dict[str, Any] = dataclasses.field(repr=False)  #: all that `carillon estimate --json` prints
+
+    def _repr_html_(self) -> str:
+        rows = [["E / density", f"{self.specific_modulus:.4g} m^2/s^2"]]
+        if self.youngs_modulus is not None:
+            rows.append(["E", f"{self.youngs_modulus:.4g} Pa"])
+        rows += [[name, f"{value:.4g}"] for name, value in self.parameters.items()]
+        return show.table(["", ""], rows, self.model)
+
+
+def estimate(samples: numpy.typing.ArrayLike, object: Object, at: Sequence[float] | FloatArray,
+             rate: float | None = None, *, material: str | Material = "", poisson_ratio: float | None = None,
+             density: float | None = None, direction: Sequence[float] | FloatArray | None = None,
+             model: str = "rayleigh", heard: str = "velocity", contact_time: float | None = None,
+             rt60: float | Sequence[float] | None = None, starts: int = 8, seed: int = 1,
+             **modes: Any) -> Estimate:
+    """The material of a struck object from one recording, its shape and where it was struck.
+
+    samples: [samples]; at: point struck [m]; poisson_ratio: of the object, which cannot be heard; density:
+    [kg/m^3], with which Young's modulus follows; heard: velocity, acceleration (microphones) or displacement.
+    material: an assumed one whose modes are solved and rescaled; further arguments are those of Object.modes.
+    Raises InputError: no modes can be heard, no Poisson's ratio.
+    """
+    from carillon.materials import material_text
+    named = material_text(material)
+    constants = _carillon.assumed_constants(named, poisson_ratio, density)
+    assumed = ",".join(f"{name}={value!r}" for name, value in constants.items())
+    solved = object.modes(assumed, **modes)
+    rate = _rate_of(samples, rate)
+    rt60_list = None if rt60 is None else [float(t) for t in numpy.atleast_1d(numpy.asarray(rt60))]
+    text, again = _carillon.estimate(
+        solved._solved, numpy.asarray(samples), rate, numpy.asarray(at, float),
+        None if direction is None else numpy.asarray(direction, float), density, model, heard, contact_time, starts,
+        seed, _settings(rt60=rt60_list))
+    document = json.loads(text)
+    parameters = {name: value for name, value in document["parameters"].items() if isinstance(value, (int, float))}
+    error = document["specific_modulus_error"]
+    return Estimate(document["specific_modulus_m2_per_s2"], float("inf") if error is None else error,
+                    document.get("youngs_modulus_pa"), document["model"], parameters, document["remarks"],
+                    Sound(again, rate), document)
+
+
+def mel(samples: numpy.typing.ArrayLike, rate: float | None = None, *, bands: int = 64, fft_size: int = 2048,
+        hop: int = 1837, min_frequency: float = 0, max_frequency: float = 0) -> numpy.typing.NDArray[numpy.float32]:
+    """The mel power spectrogram that a dataset's `mel` holds (librosa's definition: Slaney scale and area norm).
+
+    samples: [samples] or [n, samples]; max_frequency 0: half the rate.
+    Returns [bands, frames] or [n, bands, frames], power, not normalised.
+    """
+    clips = numpy.asarray(samples)
+    made = _carillon.mel(clips, _rate_of(samples, rate), bands, fft_size, hop, min_frequency, max_frequency)
+    return made[0] if clips.ndim == 1 else made

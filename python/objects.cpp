@@ -1,0 +1,304 @@
+#include "python/objects.hpp"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "core/error.hpp"
+#include "core/files.hpp"
+#include "scene/material_json.hpp"
+#include "scene/modes_config.hpp"
+#include "scene/object.hpp"
+#include "scene/solved_object_json.hpp"
+#include "solvers/families/families.hpp"
+#include "solvers/libraries/one_thread.hpp"
+#include "solvers/modes/modes_file.hpp"
+#include "synth/damping/damping.hpp"
+
+namespace carillon::python {
+
+namespace {
+
+using core::InputError;
+using nlohmann::json;
+
+/// What may be said of an object beside its shape.
+struct ObjectSettings {
+  double length = 0, thickness = 0;
+  std::string unit;
+  bool any_size = false;
+};
+
+/// A shape that has not been solved, and the name that messages call it.
+struct Shape {
+  std::string name;
+  scene::Object object;
+  solvers::mesh::SurfaceMesh surface{};  ///< of one that came as arrays
+};
+
+void apply(const ObjectSettings& settings, scene::Object& object) {
+  if (settings.length < 0 || settings.thickness < 0) {
+    throw InputError("length and thickness must not be negative", "leave out what is not known");
+  }
+  const bool generated = !object.family.empty();
+  if (generated && (!settings.unit.empty() || settings.thickness > 0)) {
+    throw InputError(fmt::format("{} is generated: unit and thickness do not apply", object.family),
+                     "they are of files and arrays");
+  }
+  object.file.length = settings.length;
+  object.file.thickness = settings.thickness;
+  object.file.any_size = settings.any_size;
+  if (!settings.unit.empty()) object.file.unit = core::parse_unit_of_length(settings.unit);
+}
+
+Shape shape_from_text(const std::string& text, const ObjectSettings& settings) {
+  Shape shape{text, scene::parse_object(text, "")};
+  apply(settings, shape.object);
+  return shape;
+}
+
+Shape turned_shape(const Triples& profile, const ObjectSettings& settings) {
+  if (profile.ndim() != 2 || profile.shape(1) != 2 || profile.shape(0) < 3) {
+    throw InputError(
+        "a profile is an array of at least three points (radius, height), [n, 2] in m");
+  }
+  Shape shape{"turned", {}};
+  shape.object.name = shape.object.family = "turned";
+  const auto points = profile.unchecked<2>();
+  for (py::ssize_t i = 0; i < points.shape(0); ++i) {
+    shape.object.profile.push_back({points(i, 0), points(i, 1)});
+  }
+  apply(settings, shape.object);
+  return shape;
+}
+
+Shape shape_from_arrays(
+    const Triples& vertices,
+    const py::array_t<std::int64_t, py::array::c_style | py::array::forcecast>& faces,
+    const std::string& name, const ObjectSettings& settings) {
+  Shape shape{name, {}};
+  shape.object.name = name;
+  shape.object.pattern = name;
+  apply(settings, shape.object);
+  shape.surface.vertices = vectors_of(vertices, "vertices");
+  if (faces.ndim() != 2 || faces.shape(1) != 3 || faces.shape(0) == 0) {
+    throw InputError("faces are triangles: an array of indices, [count, 3]");
+  }
+  const auto count = static_cast<std::int64_t>(shape.surface.vertices.size());
+  const auto rows = faces.unchecked<2>();
+  for (py::ssize_t i = 0; i < rows.shape(0); ++i) {
+    solvers::mesh::Triangle triangle{};
+    for (py::ssize_t k = 0; k < 3; ++k) {
+      const std::int64_t vertex = rows(i, k);
+      if (vertex < 0 || vertex >= count) {
+        throw InputError(fmt::format("face {} names vertex {} of {}", i, vertex, count),
+                         "vertices are counted from 0");
+      }
+      triangle[static_cast<std::size_t>(k)] = static_cast<std::int32_t>(vertex);
+    }
+    shape.surface.triangles.push_back(triangle);
+  }
+  return shape;
+}
+
+solvers::mesh::MeshRequest mesh_request(const Shape& shape) {
+  solvers::mesh::MeshRequest request = scene::mesh_request(shape.object);
+  if (!shape.surface.triangles.empty()) request.file.surface = shape.surface;
+  return request;
+}
+
+/// Materials by region: a text for all of it, or an object of texts.
+scene::RegionMaterials materials_of(const scene::Object& object, const json& materials) {
+  if (materials.is_string()) return scene::region_materials(object, materials.get<std::string>());
+  scene::Object with_groups = object;
+  for (const auto& [group, material] : materials.items()) with_groups.groups[group] = material;
+  return scene::region_materials(with_groups, "");
+}
+
+SolvedPointer solve(const Shape& shape, const std::string& materials, const std::string& settings,
+                    const std::string& cache) {
+  core::ConfigNode root = core::ConfigNode::parse(settings, "modes()");
+  scene::ModesConfig config;
+  // The band's top is a setting of its own here, whatever sounds will be made.
+  constexpr double any_rate = 1e6;
+  scene::read_modes(root.child("modes"), any_rate, config);
+  scene::read_solver(root.child("solver"), config);
+  root.finish();
+  scene::ObjectRequest request = scene::object_request(
+      config, mesh_request(shape), materials_of(shape.object, json::parse(materials)));
+  start_solver();
+  return interruptible([request = std::move(request), name = shape.name,
+                        cache](const Waiting& waiting) mutable -> SolvedPointer {
+    const solvers::libraries::OneThread alone;
+    request.solve.time = waiting.limit("the solve");
+    auto solved = std::make_shared<Solved>();
+    solved->name = name;
+    solved->cache = cache;
+    solved->object = scene::solve_object(request, MPI_COMM_SELF, cache);
+    return solved;
+  });
+}
+
+SolvedPointer load_modes(const std::string& path, const std::string& material) {
+  auto solved = std::make_shared<Solved>();
+  solved->name = path;
+  solved->object.modes = solvers::modes::read_modes(core::Hdf5Group::open_file(path));
+  solved->object.materials.assign(static_cast<std::size_t>(std::max<Eigen::Index>(
+                                      1, solved->object.modes.kinetic_fraction.cols())),
+                                  synth::material::parse_material(material));
+  return solved;
+}
+
+/// One number of each mode.
+template <class Number>
+py::array_t<double> each_mode(const Solved& solved, const Number& number) {
+  std::vector<double> values(solved.object.modes.size());
+  for (std::size_t i = 0; i < values.size(); ++i) values[i] = number(i);
+  return array_of(std::move(values));
+}
+
+synth::damping::DecayRates decay_rates(const Solved& solved) {
+  return synth::damping::clamped_decay_rates(solved.object.modes,
+                                             scene::damping_of(solved.object.materials));
+}
+
+py::array_t<float> shapes_of(const Solved& solved) {
+  const auto rows = solved.object.modes.shapes.at_nodes();
+  return array_of(std::vector<float>(rows.data(), rows.data() + rows.size()),
+                  {rows.rows(), rows.cols() / 3, 3});
+}
+
+py::array_t<double> nodes_of(const Solved& solved) {
+  std::vector<double> values;
+  for (const Vec3& node : solved.object.modes.surface.nodes) {
+    values.insert(values.end(), node.begin(), node.end());
+  }
+  const auto count = static_cast<py::ssize_t>(solved.object.modes.surface.nodes.size());
+  return array_of(std::move(values), {count, 3});
+}
+
+py::array_t<std::int32_t> triangles_of(const Solved& solved) {
+  std::vector<std::int32_t> values;
+  const solvers::mesh::SurfaceMesh flat = solvers::modes::flatten(solved.object.modes.surface);
+  for (const auto& triangle : flat.triangles) {
+    values.insert(values.end(), triangle.begin(), triangle.end());
+  }
+  return array_of(std::move(values), {static_cast<py::ssize_t>(flat.triangles.size()), 3});
+}
+
+json family_json(const solvers::families::Family& family) {
+  json parameters = json::object();
+  for (const auto& parameter : family.parameters) {
+    parameters[parameter.name] = {
+        {"low", parameter.low}, {"high", parameter.high}, {"meaning", parameter.meaning}};
+  }
+  return {{"name", family.name}, {"description", family.description}, {"parameters", parameters}};
+}
+
+}  // namespace
+
+std::vector<Vec3> vectors_of(const Triples& array, const std::string& what) {
+  if (array.ndim() != 2 || array.shape(1) != 3) {
+    throw InputError(fmt::format("{} must be an array [count, 3]", what));
+  }
+  std::vector<Vec3> vectors;
+  const auto rows = array.unchecked<2>();
+  for (py::ssize_t i = 0; i < rows.shape(0); ++i) {
+    vectors.emplace_back(rows(i, 0), rows(i, 1), rows(i, 2));
+    if (!vectors.back().allFinite())
+      throw InputError(fmt::format("{}: row {} is not finite", what, i));
+  }
+  return vectors;
+}
+
+Vec3 vector_of(const Triples& array, const std::string& what) {
+  if (array.ndim() != 1 || array.shape(0) != 3) {
+    throw InputError(fmt::format("{} must be three numbers x, y, z", what));
+  }
+  const Vec3 vector(array.at(0), array.at(1), array.at(2));
+  if (!vector.allFinite()) throw InputError(fmt::format("{} is not finite", what));
+  return vector;
+}
+
+void bind_objects(py::module_& module) {
+  py::class_<ObjectSettings>(module, "ObjectSettings")
+      .def(py::init([](double length, double thickness, const std::string& unit, bool any_size) {
+             return ObjectSettings{length, thickness, unit, any_size};
+           }),
+           py::arg("length"), py::arg("thickness"), py::arg("unit"), py::arg("any_size"));
+  py::class_<Shape>(module, "Shape")
+      .def_readonly("name", &Shape::name)
+      .def_property_readonly("family", [](const Shape& shape) { return shape.object.family; })
+      .def("solve", &solve, py::arg("materials"), py::arg("settings"), py::arg("cache"));
+  module.def("shape_from_text", &shape_from_text);
+  module.def("shape_from_arrays", &shape_from_arrays);
+  module.def("turned_shape", &turned_shape);
+
+  py::class_<Solved, std::shared_ptr<Solved>>(module, "Solved")
+      .def_readonly("name", &Solved::name)
+      .def_property_readonly("frequencies",
+                             [](const Solved& solved) {
+                               return each_mode(solved, [&](std::size_t i) {
+                                 return solved.object.modes.frequency(i);
+                               });
+                             })
+      .def_property_readonly(
+          "errors", [](const Solved& solved) { return array_of(solved.object.modes.pitch_errors); })
+      .def_property_readonly(
+          "residuals", [](const Solved& solved) { return array_of(solved.object.modes.residuals); })
+      .def_property_readonly(
+          "decay_rates", [](const Solved& solved) { return array_of(decay_rates(solved).values); })
+      .def_property_readonly("shapes", &shapes_of)
+      .def_property_readonly("nodes", &nodes_of)
+      .def_property_readonly("triangles", &triangles_of)
+      .def_property_readonly("mass", [](const Solved& solved) { return solved.object.modes.mass; })
+      .def("json",
+           [](const Solved& solved) {
+             return scene::to_json(solved.object, decay_rates(solved)).dump();
+           })
+      .def("warnings", [](const Solved& solved) { return solved.object.warnings; })
+      .def("save",
+           [](const Solved& solved, const std::string& path) {
+             core::write_durably(path, [&](const std::filesystem::path& file) {
+               solvers::modes::write_modes(core::Hdf5Group::create_file(file), solved.object.modes);
+             });
+           })
+      .def("in_material", [](const Solved& solved, const std::string& text, double size) {
+        const synth::material::Material material = synth::material::parse_material(text);
+        const synth::material::Material& former = solved.object.materials.front();
+        auto changed = std::make_shared<Solved>(solved);
+        if (solved.object.materials.size() > 1 || material.elastic.anisotropy ||
+            former.elastic.anisotropy ||
+            material.elastic.poisson_ratio != former.elastic.poisson_ratio) {
+          throw InputError(
+              "modes are rescaled only to another isotropic material of the same "
+              "Poisson's ratio",
+              "solve the object again in this material");
+        }
+        changed->object.modes =
+            solvers::modes::rescale(solved.object.modes, size,
+                                    material.elastic.youngs_modulus / former.elastic.youngs_modulus,
+                                    material.elastic.density / former.elastic.density);
+        changed->object.materials = {material};
+        return changed;
+      });
+  module.def("load_modes", &load_modes);
+
+  module.def("materials", [] {
+    json all = json::array();
+    for (const auto& material : synth::material::preset_materials())
+      all.push_back(scene::to_json(material));
+    return all.dump();
+  });
+  module.def("parse_material", [](const std::string& text) {
+    return scene::to_json(synth::material::parse_material(text)).dump();
+  });
+  module.def("families", [] {
+    json all = json::array();
+    for (const auto& family : solvers::families::families()) all.push_back(family_json(family));
+    return all.dump();
+  });
+  module.def("default_cache", [] { return core::default_cache_folder().string(); });
+}
+
+}  // namespace carillon::python

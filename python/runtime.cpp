@@ -1,0 +1,142 @@
+#include "python/runtime.hpp"
+
+#include <spdlog/sinks/base_sink.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "core/error.hpp"
+#include "mpi/comm.hpp"
+#include "mpi/launcher.hpp"
+#include "solvers/libraries/environment.hpp"
+#include "solvers/libraries/one_thread.hpp"
+
+namespace carillon::python {
+
+namespace {
+
+/// Keeps warnings until Python can have them.
+class KeptWarnings final : public spdlog::sinks::base_sink<std::mutex> {
+ public:
+  std::vector<std::string> take() {
+    const std::scoped_lock lock(mutex_);
+    return std::exchange(texts_, {});
+  }
+
+ protected:
+  void sink_it_(const spdlog::details::log_msg& message) override {
+    if (message.level >= spdlog::level::warn) {
+      texts_.emplace_back(message.payload.data(), message.payload.size());
+    }
+  }
+  void flush_() override {}
+
+ private:
+  std::vector<std::string> texts_;
+};
+
+std::shared_ptr<KeptWarnings>& kept_warnings() {
+  static auto kept = std::make_shared<KeptWarnings>();
+  return kept;
+}
+
+/// What runs while modes can be solved, and the process that started it.
+struct Solver {
+  std::optional<mpi::Environment> mpi{};
+  std::optional<solvers::libraries::SolverEnvironment> environment{};
+  pid_t process = getpid();
+};
+
+std::optional<Solver>& solver() {
+  static std::optional<Solver> running;
+  return running;
+}
+
+void end_solver() {
+  // Work that nobody waits for any more ends first.
+  const py::gil_scoped_release unlocked;
+  const std::scoped_lock lock(turn());
+  auto& running = solver();
+  if (!running || running->process != getpid()) return;
+  running->environment.reset();
+  running->mpi.reset();
+}
+
+/// The class of carillon.errors that stands for an error.
+const char* python_name(const core::Error& error) {
+  if (dynamic_cast<const core::ConfigError*>(&error) != nullptr) return "ConfigError";
+  if (dynamic_cast<const core::InputError*>(&error) != nullptr) return "InputError";
+  if (dynamic_cast<const core::LimitError*>(&error) != nullptr) return "LimitError";
+  if (dynamic_cast<const core::ResourceError*>(&error) != nullptr) return "ResourceError";
+  if (dynamic_cast<const core::SolverError*>(&error) != nullptr) return "SolverError";
+  if (dynamic_cast<const core::FileError*>(&error) != nullptr) return "FileError";
+  return "Error";
+}
+
+void translate(std::exception_ptr pointer) {
+  try {
+    if (pointer) std::rethrow_exception(pointer);
+  } catch (const core::Error& error) {
+    const py::object type = py::module_::import("carillon.errors").attr(python_name(error));
+    PyErr_SetObject(type.ptr(), py::make_tuple(error.message(), error.hint()).ptr());
+  } catch (const nlohmann::json::exception& error) {
+    PyErr_SetString(PyExc_ValueError, error.what());
+  }
+}
+
+}  // namespace
+
+core::TimeLimit Waiting::limit(const std::string& work) const {
+  core::TimeLimit limit;
+  limit.work = work;
+  limit.given_up = [waiting = *this] { return waiting.given_up(); };
+  return limit;
+}
+
+std::mutex& turn() {
+  static std::mutex mutex;
+  return mutex;
+}
+
+void start_solver() {
+  const py::gil_scoped_release unlocked;
+  const std::scoped_lock lock(turn());
+  auto& running = solver();
+  if (running && running->process == getpid()) return;
+  if (running) {
+    throw core::Error("this process was forked from one that had solved modes, which MPI forbids",
+                      "use multiprocessing's \"spawn\", or solve in the workers alone");
+  }
+  running.emplace();
+  int started = 0;
+  MPI_Initialized(&started);
+  if (started == 0) {
+    const mpi::AloneSettings settings;
+    static char name[] = "carillon";
+    static char* arguments[] = {name, nullptr};
+    int count = 1;
+    char** values = arguments;
+    running->mpi.emplace(count, values);
+  }
+  // Of the calling thread other libraries want more.
+  const solvers::libraries::OneThread until_started;
+  running->environment.emplace();
+}
+
+void give_warnings() {
+  for (const std::string& text : kept_warnings()->take()) {
+    const py::object type = py::module_::import("carillon.errors").attr("CarillonWarning");
+    if (PyErr_WarnEx(type.ptr(), text.c_str(), 2) != 0) throw py::error_already_set();
+  }
+}
+
+void set_up(py::module_& module) {
+  spdlog::set_default_logger(std::make_shared<spdlog::logger>("carillon", kept_warnings()));
+  py::register_exception_translator(translate);
+  py::module_::import("atexit").attr("register")(py::cpp_function(end_solver));
+  module.attr("__doc__") = "The library's calls, without the Python around them.";
+}
+
+}  // namespace carillon::python

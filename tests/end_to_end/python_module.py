@@ -1,0 +1,293 @@
+"""The Python module: the same numbers as the program's, arrays in and out, errors with the same words, Ctrl-C."""
+import json
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import threading
+import time
+import unittest
+
+import numpy
+from program import CARILLON, FolderTest, run, run_json
+
+MODULE = pathlib.Path(CARILLON).parent / "python"
+sys.path.insert(0, str(MODULE))
+import carillon as ca  # noqa: E402
+from carillon import objects  # noqa: E402
+
+WEDGE = ([[0, 0, 0], [0.1, 0, 0], [0, 0.06, 0], [0, 0, 0.04]], [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+BAND = {"max_frequency": "16 kHz", "max_modes": 20}
+OPTIONS = ["--max-frequency", "16 kHz", "--max-modes", "20"]
+
+
+class ModuleTest(FolderTest):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        objects.cache = ""
+
+    def column(self, document, name):
+        return [mode[name] for mode in document["modes"]]
+
+
+class Modes(ModuleTest):
+    def test_of_arrays_are_those_of_the_same_triangles_in_a_file(self):
+        vertices, faces = WEDGE
+        lines = [f"v {x} {y} {z}" for x, y, z in vertices] + [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in faces]
+        path = self.write("wedge.obj", "\n".join(lines) + "\n")
+        band = {"max_frequency": 100e3, "max_modes": 5, "pitch_cents": "off"}
+        known = run_json("modes", path, "-m", "glass", "--max-modes", "5", "--max-frequency", "100 kHz",
+                         "--pitch-cents", "off", "--cache", "")
+        for made in (ca.Object(*WEDGE), ca.Object.load(path)):
+            modes = made.modes("glass", **band)
+            self.assertEqual(list(modes.frequencies), self.column(known, "frequency_hz"))
+            self.assertEqual(list(modes.errors), self.column(known, "pitch_error_cents"))
+            self.assertEqual(list(modes.decay_rates), self.column(known, "decay_rate_per_s"))
+            self.assertEqual(modes.mass, known["mass_kg"])
+            self.assertEqual(vars(modes.certificate), known["certificate"])
+
+    def test_shapes_are_mass_normalised_at_the_nodes_of_the_surface(self):
+        modes = ca.shape("block", length=0.05).modes("steel", max_frequency="60 kHz", pitch_cents="off")
+        self.assertEqual(modes.shapes.shape, (len(modes), len(modes.nodes), 3))
+        self.assertEqual(modes.shapes.dtype, numpy.float32)
+        self.assertLess(modes.triangles.max(), len(modes.nodes))
+        # Moved as a whole a body has 1 / sqrt(mass); its modes are of that order.
+        rms = numpy.sqrt((modes.shapes ** 2).sum(2).mean(1))
+        self.assertTrue(numpy.all((rms > 0.5 / modes.mass ** 0.5) & (rms < 5 / modes.mass ** 0.5)), rms)
+
+    def test_parameters_are_those_of_the_command_line(self):
+        known = run_json("modes", "bowl:radius=70mm", "-m", "ceramic", *OPTIONS, "--cache", "")
+        modes = ca.shape("bowl", radius=0.07).modes("ceramic", **BAND)
+        self.assertEqual(list(modes.frequencies), self.column(known, "frequency_hz"))
+        self.assertLess(modes.errors.max(), 5)
+        self.assertIn("bowl", repr(modes))
+        self.assertIn("<table>", modes._repr_html_())
+
+    def test_are_saved_and_loaded_and_rescaled(self):
+        modes = ca.shape("bar").modes("steel", **BAND)
+        modes.save(self.folder / "bar.h5")
+        again = ca.Modes.load(self.folder / "bar.h5", "steel")
+        numpy.testing.assert_array_equal(again.frequencies, modes.frequencies)
+        steel = ca.material("steel")
+        stiffer = modes.in_material(steel.replace(youngs_modulus=4 * steel.youngs_modulus), size=2)
+        numpy.testing.assert_allclose(stiffer.frequencies, modes.frequencies, rtol=1e-12)
+        with self.assertRaisesRegex(ca.InputError, "same Poisson's ratio"):
+            modes.in_material("wood")
+
+    def test_materials_are_objects(self):
+        ceramic = ca.materials["ceramic"]
+        self.assertIn("Hiner", ceramic.source)
+        self.assertEqual(ca.material(ceramic.text()).replace(name="ceramic", source=ceramic.source), ceramic)
+        for preset in ca.materials.values():
+            again = ca.material(preset.text())
+            for name in ("youngs_modulus", "poisson_ratio", "density", "damping", "alphas"):
+                numpy.testing.assert_equal(getattr(again, name), getattr(preset, name), preset.name)
+        heavier = ceramic.replace(density=2 * ceramic.density)
+        one, two = (ca.shape("bar").modes(m, **BAND, pitch_cents="off").frequencies[0] for m in (ceramic, heavier))
+        self.assertAlmostEqual(one / two, 2 ** 0.5, places=9)
+
+    def test_a_doubtful_mesh_is_warned_of(self):
+        vertices = numpy.array(WEDGE[0]) * 1000
+        with self.assertRaisesRegex(ca.InputError, "millimetres"):
+            ca.Object(vertices, WEDGE[1]).modes("glass", **BAND)
+        self.assertEqual(len(ca.Object(vertices, WEDGE[1], unit="mm").modes("glass", max_frequency=1e5, max_modes=3,
+                                                                            pitch_cents="off")), 3)
+
+
+class Sounds(ModuleTest):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.modes = ca.shape("bowl").modes("ceramic", **BAND)
+
+    def test_a_strike_is_the_command_lines(self):
+        from_program = self.folder / "program.wav"
+        known = run_json("strike", "bowl", "-m", "ceramic", *OPTIONS, "--at", "0.05,0,0.03", "--seconds", "0.4 s",
+                         "--listener", "0,0,1", "--set", "room.dimensions=[5, 4, 3]", "--set", "room.rt60=0.6",
+                         "-o", from_program, "--cache", "")
+        sound = self.modes.strike((0.05, 0, 0.03), seconds=0.4, listeners=[(0, 0, 1)],
+                                  room={"dimensions": [5, 4, 3], "rt60": 0.6})
+        sound.save(self.folder / "module.wav")
+        self.assertEqual((self.folder / "module.wav").read_bytes(), from_program.read_bytes())
+        for name in ("modes", "unit", "peak", "position_m", "direction", "impulse_ns", "record"):
+            self.assertEqual(sound.document[name], known[name], name)
+        self.assertEqual(set(sound.document["effects"]), set(known["effects"]))
+        self.assertEqual(*([(e["name"], e["enabled"]) for e in made["scene"]] for made in (sound.document, known)))
+        self.assertEqual((sound.shape, sound.dtype, sound.rate, sound.unit), ((17640,), numpy.float32, 44100, "Pa"))
+
+    def test_features_fits_comparisons_and_estimates_are_the_command_lines(self):
+        at = (0.05, 0, 0.03)
+        one, two = self.modes.strike(at), self.modes.strike(at, contact_time="0.4 ms", impulse="0.01 N s")
+        one.save(self.folder / "one.wav")
+        two.save(self.folder / "two.wav")
+        features = ca.features(one)
+        known = run_json("features", self.folder / "one.wav")
+        self.assertEqual(features.document["features"], known["features"])
+        self.assertEqual(list(features.frequencies), [f["frequency_hz"] for f in known["features"]])
+        fit = ca.fit(features, model="rayleigh")
+        known = run_json("fit", self.folder / "one.wav")
+        self.assertEqual(fit.parameters, {name: known["parameters"][name] for name in fit.parameters})
+        self.assertEqual(sorted(fit.parameters), ["alpha1", "alpha2"])
+        self.assertTrue(fit.confidence95["alpha1"][0] <= fit.parameters["alpha1"] <= fit.confidence95["alpha1"][1])
+        pairs = ca.fit((features.frequencies, features.decay_rates), estimator="least_squares")
+        self.assertEqual(pairs.estimator, "least_squares")
+        comparison = ca.compare(one, two)
+        known = run_json("compare", self.folder / "one.wav", self.folder / "two.wav")
+        self.assertEqual(comparison.document["jnd"], known["jnd"])
+        self.assertEqual(comparison.matched, known["matched"])
+        estimate = ca.estimate(one, ca.shape("bowl"), at, poisson_ratio=0.2, density=2700, **BAND)
+        known = run_json("estimate", self.folder / "one.wav", "bowl", "--at", "0.05,0,0.03", "--poisson-ratio", "0.2",
+                         "--density", "2700", *OPTIONS, "--cache", "")
+        self.assertEqual(estimate.specific_modulus, known["specific_modulus_m2_per_s2"])
+        self.assertEqual(estimate.youngs_modulus, known["youngs_modulus_pa"])
+        self.assertEqual(len(estimate.resynthesis), len(one))
+        for result in (features, fit, comparison, estimate):
+            self.assertIn("<table>", result._repr_html_())
+
+    def test_mel_is_a_datasets(self):
+        spectrogram = ca.mel(self.modes.strike())
+        self.assertEqual((spectrogram.shape, spectrogram.dtype), ((64, 25), numpy.float32))
+        self.assertEqual(ca.mel(numpy.zeros((3, 44100)), 44100).shape, (3, 64, 25))
+
+    def test_plots_are_drawn_where_there_is_matplotlib(self):
+        try:
+            import matplotlib
+        except ImportError:
+            self.skipTest("needs python3-matplotlib")
+        matplotlib.use("Agg")
+        sound = self.modes.strike()
+        features = ca.features(sound)
+        for made in (self.modes.plot(), self.modes.plot_shape(0), sound.plot(), features.plot(),
+                     ca.fit(features).plot()):
+            path = self.folder / "plot.png"
+            made.figure.savefig(path)
+            self.assertGreater(path.stat().st_size, 5000)
+
+
+class Errors(ModuleTest):
+    def words(self, *arguments):
+        """What the program says, without its name."""
+        result = run(*arguments)
+        self.assertEqual(result.returncode, 2, result.stderr)
+        return result.stderr.strip().removeprefix("carillon: ")
+
+    def test_have_the_command_lines_words(self):
+        with self.assertRaises(ca.InputError) as raised:
+            ca.shape("bowl", radus=0.07)
+        self.assertEqual(str(raised.exception), self.words("modes", "bowl:radus=70mm", "-m", "glass"))
+        self.assertIsInstance(raised.exception, ValueError)
+        with self.assertRaises(ca.InputError) as raised:
+            ca.shape("bowl").modes("glas")
+        self.assertEqual(str(raised.exception), self.words("modes", "bowl", "-m", "glas"))
+        with self.assertRaises(ca.FileError):
+            ca.Object.load("missing.obj")
+        modes = ca.shape("bar").modes("steel", max_modes=3)
+        with self.assertRaisesRegex(ca.InputError, "use estimator least_squares"):
+            ca.fit(ca.features(modes.strike()))
+
+    def test_name_the_argument(self):
+        modes = ca.shape("bar").modes("steel", **BAND, pitch_cents="off")
+        for wrong, words in (({"at": (1, 2)}, "at must be three numbers"), ({"direction": (0, 0, 0)}, "no length"),
+                             ({"room": {"dimension": [1, 2, 3]}}, "dimension"), ({"rate": -1}, "sample_rate"),
+                             ({"scene": {"strikes": {"impulse": "2 kg"}}}, "strikes.impulse")):
+            with self.assertRaisesRegex(ca.InputError, words):
+                modes.strike(**wrong)
+        for wrong, words in (({"order": 7}, "order"), ({"min_frequency": 1e4, "max_frequency": 1e3}, "max_frequency"),
+                             ({"solver": "guess"}, "kind")):
+            with self.assertRaisesRegex(ca.ConfigError, words):
+                ca.shape("bar").modes("steel", **wrong)
+        with self.assertRaisesRegex(ca.InputError, "face 1 names vertex 9 of 4"):
+            ca.Object(WEDGE[0], [[0, 1, 2], [0, 1, 9]])
+        with self.assertRaisesRegex(ca.InputError, "is nan"):
+            ca.features(numpy.full(44100, numpy.nan), 44100)
+        with self.assertRaisesRegex(TypeError, "sample rate"):
+            ca.features(numpy.zeros(44100))
+
+
+class Process(ModuleTest):
+    def test_other_threads_go_on_while_modes_are_solved(self):
+        counted = 0
+        ended = threading.Event()
+
+        def count():
+            nonlocal counted
+            while not ended.wait(0.001):
+                counted += 1
+        thread = threading.Thread(target=count)
+        thread.start()
+        begin = time.monotonic()
+        ca.shape("bowl").modes("ceramic", solver="tetrahedra", order=2, max_frequency="8 kHz")
+        seconds = time.monotonic() - begin
+        ended.set()
+        thread.join()
+        self.assertGreater(counted, 20 * seconds)
+
+    def test_ctrl_c_ends_a_solve(self):
+        script = ("import carillon as ca, time\n"
+                  "print('begins', flush=True)\n"
+                  "try:\n"
+                  "    ca.shape('bowl').modes('ceramic', solver='tetrahedra', order=4, element_size='3 mm', "
+                  "max_elements=10000000, memory_limit='64 GiB')\n"
+                  "except KeyboardInterrupt:\n"
+                  "    print('interrupted', flush=True)\n")
+        process = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True,
+                                   env={**os.environ, "PYTHONPATH": str(MODULE), "CARILLON_CACHE": ""})
+        self.assertEqual(process.stdout.readline(), "begins\n")
+        time.sleep(2)
+        begin = time.monotonic()
+        process.send_signal(signal.SIGINT)
+        self.assertEqual(process.stdout.readline(), "interrupted\n")
+        self.assertLess(time.monotonic() - begin, 2)
+        process.kill()
+        process.communicate()
+
+    def test_importing_starts_no_mpi_and_changes_no_environment(self):
+        script = ("import os, signal\n"
+                  "before = (dict(os.environ), [signal.getsignal(s) for s in (signal.SIGINT, signal.SIGTERM)])\n"
+                  "import carillon as ca\n"
+                  "modes = ca.shape('bar').modes('steel', max_modes=3)\n"
+                  "modes.strike()\n"
+                  "after = (dict(os.environ), [signal.getsignal(s) for s in (signal.SIGINT, signal.SIGTERM)])\n"
+                  "assert before == after\n")
+        done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True,
+                              env={**os.environ, "PYTHONPATH": str(MODULE)})
+        self.assertEqual((done.returncode, done.stdout, done.stderr), (0, "", ""))
+
+
+class Builds(ModuleTest):
+    CONFIGURATION = {"name": "bars", "seed": 3, "materials": ["steel", "glass"],
+                     "objects": [{"shape": "bar", "count": 2}],
+                     "modes": {"max_modes": 4, "max_frequency": "6 kHz"}, "strikes": {"per_object": 3},
+                     "audio": {"seconds": 0.05}}
+
+    def test_a_mapping_is_planned_as_its_file_is(self):
+        path = self.write("bars.yaml", json.dumps(self.CONFIGURATION))
+        plan = ca.plan(self.CONFIGURATION, ranks=[1, 4])
+        known = run_json("plan", path, "--ranks", "1,4")
+        for name in ("shapes", "samples", "tasks", "estimate"):
+            self.assertEqual(plan.document[name], known[name], name)
+        self.assertEqual(list(plan.effects), [effect["name"] for effect in known["effects"] if effect["enabled"]])
+        self.assertEqual(plan.samples, 12)
+        self.assertIn("12 samples", str(plan))
+        with self.assertRaisesRegex(ca.ConfigError, "did you mean"):
+            ca.plan({**self.CONFIGURATION, "audo": {}})
+        with self.assertRaisesRegex(ca.FileError, r"none\.yaml"):
+            ca.plan("none.yaml")
+
+    def test_a_mapping_is_built_as_its_file_is_on_any_ranks(self):
+        path = self.write("built.yaml", json.dumps(self.CONFIGURATION))
+        run_json("build", path, "-o", self.folder / "file")
+        dataset = ca.build(self.CONFIGURATION, ranks=2, output=self.folder / "mapping")
+        self.assertEqual((self.folder / "mapping" / "index.h5").read_bytes(),
+                         (self.folder / "file" / "index.h5").read_bytes())
+        self.assertEqual((dataset.samples, dataset.failures), (12, []))
+        again = ca.build(path, output=self.folder / "mapping")
+        self.assertEqual(again.samples, 12)
+        with self.assertRaisesRegex(ca.ConfigError, "did you mean"):
+            ca.build({**self.CONFIGURATION, "audo": {}}, output=self.folder / "none")
+
+
+if __name__ == "__main__":
+    unittest.main()
