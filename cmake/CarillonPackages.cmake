@@ -70,6 +70,17 @@ commands train and identify, and sections of evaluate, to carillon.")
   set(CPACK_DEBIAN_CARILLON-LEARN_PACKAGE_DEPENDS "carillon (= ${CPACK_PACKAGE_VERSION})")
 endif()
 
+if(CARILLON_PYTHON)
+  carillon_package(python3-carillon
+"Python module of carillon
+Modes and sounds of struck objects, their features and damping, with arrays of
+NumPy in and out; datasets of them for NumPy and PyTorch.")
+  set(CPACK_DEBIAN_PYTHON3-CARILLON_PACKAGE_SECTION python)
+  set(CPACK_DEBIAN_PYTHON3-CARILLON_PACKAGE_DEPENDS
+      "carillon (= ${CPACK_PACKAGE_VERSION}), python3 (>= ${Python_VERSION_MAJOR}.${Python_VERSION_MINOR}), python3-numpy")
+  set(CPACK_DEBIAN_PYTHON3-CARILLON_PACKAGE_SUGGESTS "python3-torch, python3-matplotlib, python3-pandas")
+endif()
+
 carillon_package(carillon-doc
 "documentation of carillon
 How datasets of struck objects are made with carillon, what their files hold,

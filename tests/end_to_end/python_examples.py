@@ -17,7 +17,7 @@ class Installed(FolderTest):
     def setUpClass(cls):
         super().setUpClass()
         cls.prefix = cls.folder / "installed"
-        for component in ("carillon", "carillon-learn", "carillon-python"):
+        for component in ("carillon", "carillon-learn", "python3-carillon"):
             subprocess.run(["cmake", "--install", BUILD, "--prefix", cls.prefix, "--component", component],
                            capture_output=True, check=True)
         [cls.modules] = (path.parent for path in cls.prefix.rglob("carillon/__init__.py"))

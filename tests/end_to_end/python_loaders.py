@@ -1,5 +1,6 @@
-"""The code of docs/python.md and docs/cpp.md, taken out of the pages and run: PyTorch with workers that are
-forked and spawned, tar shards, NumPy, log-mel spectrograms, and the C interface of HDF5."""
+"""Datasets as Python and C read them: the module's loaders with workers that are forked and spawned, and the code of
+docs/python.md and docs/cpp.md, taken out of the pages and run: NumPy, tar shards, log-mel spectrograms, the C
+interface of HDF5."""
 import contextlib
 import importlib
 import os
@@ -12,8 +13,13 @@ import unittest
 
 import h5py
 import numpy
-from program import FolderTest, docs_block, run, run_json
+from program import CARILLON, FolderTest, docs_block, run, run_json
 
+sys.path.insert(0, str(pathlib.Path(CARILLON).parent / "python"))
+try:
+    import carillon as ca
+except ImportError:
+    ca = None
 try:
     import soundfile  # noqa: F401
     import torch
@@ -48,7 +54,6 @@ class DatasetTest(FolderTest):
             cls.columns |= {name: index[name].asstr()[:] for name in
                             ("key", "material", "shape", "split_shape", "split_strike")}
             cls.voxels = index["shapes/voxels"][:]
-        cls.write(cls, "struck.py", docs_block("python.md", "python", "class Struck"))
         cls.write(cls, "shards.py", docs_block("python.md", "python", "class Shards"))
         sys.path.insert(0, str(cls.folder))
 
@@ -81,10 +86,108 @@ class NumPy(DatasetTest):
         self.assertEqual(names["rate"], 22050)
 
 
-@unittest.skipIf(torch is None, "needs Debian's python3-torch and python3-soundfile")
+@unittest.skipIf(ca is None, "the module was not built")
+class Module(DatasetTest):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.opened = ca.open(cls.dataset)
+
+    def test_rows_are_those_of_h5py_in_any_order(self):
+        for name in ("audio", "mel", "id", "shape_index"):
+            column, stored = self.opened[name], self.columns[name]
+            self.assertEqual((column.shape, column.type), (stored.shape, str(stored.dtype)))
+            for rows in (slice(None), slice(5, 40, 3), slice(None, None, -1), [7, 3, 3, 30], [], -1, 12,
+                         self.columns["material"] == "wood"):
+                numpy.testing.assert_array_equal(column[rows], stored[rows])
+        self.assertEqual(list(self.opened["key"][3:5]), list(self.columns["key"][3:5]))
+        for name in ("split_shape", "split_strike"):
+            numpy.testing.assert_array_equal(self.opened.rows("train", name.removeprefix("split_")),
+                                             self.rows(name, "train"))
+        self.assertEqual(self.opened.rate, 22050)
+        self.assertEqual(self.opened["audio"].attributes["unit"], "m/s")
+        self.assertEqual(self.opened["mel"].attributes["hop"], self.opened["mel"].attributes["hop"] // 1)
+
+    def test_what_is_not_there_is_named(self):
+        for call, error, words in ((lambda: self.opened["adio"], KeyError, "it has audio"),
+                                   (lambda: self.opened["audio"][10000], IndexError, "rows"),
+                                   (lambda: self.opened["audio"][[0, -10000]], IndexError, "rows"),
+                                   (lambda: self.opened.rows("tests"), ca.InputError, "train, validation, test"),
+                                   (lambda: self.opened.rows("test", "room"), ca.InputError, "split of 'room'"),
+                                   (lambda: ca.open(self.folder), ca.InputError, "no dataset")):
+            with self.assertRaisesRegex(error, words):
+                call()
+
+    def test_a_table_of_pandas(self):
+        try:
+            import pandas  # noqa: F401
+        except ImportError:
+            self.skipTest("needs python3-pandas")
+        table = self.opened.table()
+        self.assertEqual(len(table), self.opened.samples)
+        self.assertEqual(list(table["material"]), list(self.columns["material"]))
+        self.assertNotIn("mel", table)
+
+    def test_the_page(self):
+        names = self.run_block(docs_block("python.md", "python", 'dataset["audio"][7]'))
+        train = self.rows("split_shape", "train")
+        self.assertEqual(list(names["materials"]), list(self.columns["material"][train]))
+        numpy.testing.assert_array_equal(names["voxels"], self.voxels[self.columns["shape_index"][train]])
+
+
+class Lost(DatasetTest):
+    """A shard that is lost or cut off stops what would read it, and is named."""
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.shard = sorted(path.name for path in (cls.dataset / "samples").iterdir())[2]
+        cls.gone, cls.short = cls.folder / "gone", cls.folder / "short"
+        for folder in (cls.gone, cls.short):
+            shutil.copytree(cls.dataset, folder)
+        (cls.gone / "samples" / cls.shard).unlink()
+        path = cls.short / "samples" / cls.shard
+        path.write_bytes(path.read_bytes()[:path.stat().st_size // 2])
+
+    def test_stops_the_commands(self):
+        training = "train: {tasks: [material], methods: [isnn], modalities: [spectrogram], epochs: 1}\n"
+        for folder in (self.gone, self.short):
+            learn = self.write(f"{folder.name}.yaml", f"data: {folder}\n{training}")
+            commands = [("report", folder, "-o", self.folder / "page.html"),
+                        ("export", folder, "--format", "wav", "-o", self.folder / f"{folder.name}-wav")]
+            if (pathlib.Path(CARILLON).parent / "carillon-learn").exists():
+                commands += [("train", learn, "-o", self.folder / "trained"),
+                             ("evaluate", learn, "-o", self.folder / "evaluated")]
+            for command in commands:
+                with self.subTest(command=command[0], folder=folder.name):
+                    done = run(*command)
+                    self.assertEqual(done.returncode, 2, done.stdout + done.stderr)
+                    self.assertIn(self.shard, done.stderr)
+
+    def test_is_no_number_to_h5py(self):
+        with h5py.File(self.gone / "index.h5") as index:
+            lost = numpy.isnan(index["audio"][:]).all(1)
+        self.assertEqual(lost.sum(), 6)
+        numpy.testing.assert_array_equal(numpy.isnan(self.columns["audio"]).any(1), numpy.zeros(len(lost), bool))
+
+    @unittest.skipIf(ca is None or torch is None, "needs the module and Debian's python3-torch")
+    def test_stops_the_loader(self):
+        for folder in (self.gone, self.short):
+            dataset = ca.open(folder)
+            with self.assertRaisesRegex(ca.FileError, re.escape(self.shard)):
+                dataset["audio"][:]
+            samples = dataset.torch("train", data="mel")
+            samples.rows = samples._places = numpy.arange(dataset.samples, dtype=numpy.uint64)
+            samples.labels = None
+            for workers in (0, 1):
+                with self.assertRaisesRegex(Exception, re.escape(self.shard)):
+                    list(DataLoader(samples, 8, num_workers=workers))
+
+
+@unittest.skipIf(ca is None or torch is None, "needs the module, and Debian's python3-torch and python3-soundfile")
 class Torch(DatasetTest):
-    def struck(self, *arguments, **options):
-        return importlib.import_module("struck").Struck(self.dataset, *arguments, **options)
+    def struck(self, part="train", of="shape", **options):
+        return ca.open(self.dataset).torch(part, of=of, **options)
 
     def expect_epochs(self, data, split, part, context, epochs=3):
         """Every row of a part comes once an epoch, in another order each time, with its label and bits."""
@@ -111,7 +214,7 @@ class Torch(DatasetTest):
         for split in ("split_shape", "split_strike"):
             for context in ("fork", "spawn"):
                 with self.subTest(split=split, context=context):
-                    self.expect_epochs(self.struck("train", split), split, "train", context)
+                    self.expect_epochs(self.struck(of=split.removeprefix("split_")), split, "train", context)
 
     def test_parts_have_the_same_classes_and_no_row_in_common(self):
         parts = {part: self.struck(part) for part in ("train", "validation", "test")}
@@ -124,30 +227,51 @@ class Torch(DatasetTest):
     def test_a_file_that_was_open_before_the_fork_does_no_harm(self):
         data = self.struck("train")
         first = data[0][0]
-        self.assertGreater(importlib.import_module("struck").opened.cache_info().currsize, 0)
         for context in ("fork", "spawn"):
             self.expect_epochs(data, "split_shape", "train", context)
         numpy.testing.assert_array_equal(data[0][0], first)
 
-    def test_a_forked_worker_has_an_open_file_of_its_own(self):
-        struck = importlib.import_module("struck").Struck
+    def test_a_worker_opens_files_of_its_own(self):
+        from carillon.torch_data import Samples
 
-        class Probe(struck):
-            """Tells what was open when the worker came, and which process reads."""
+        class Probe(Samples):
+            """Tells which process opened what it reads from."""
             def __getitem__(self, i):
-                inherited = [entry.name for entry in os.scandir("/proc/self/fd")
-                             if os.path.realpath(entry.path).endswith(".h5")]
                 super().__getitem__(i)
-                return len(inherited), os.getpid()
+                return self.dataset._process, os.getpid()
 
-        data = Probe(self.dataset)
-        struck.__getitem__(data, 0)
-        seen = {}
-        for inherited, worker in DataLoader(data, batch_size=None, num_workers=2,
-                                            multiprocessing_context="fork"):
-            self.assertNotEqual(worker, os.getpid())
-            seen.setdefault(worker, inherited)
-        self.assertEqual(list(seen.values()), [0, 0])  # opened by the worker when it first read
+        data = Probe(ca.open(self.dataset), self.rows("split_shape", "train"), "material", "audio", None)
+        self.assertEqual(data[0], (os.getpid(), os.getpid()))
+        seen = [(int(opened), int(worker)) for opened, worker in
+                DataLoader(data, batch_size=None, num_workers=2, multiprocessing_context="fork")]
+        self.assertEqual({opened for opened, _ in seen}, {worker for _, worker in seen})
+        self.assertNotIn(os.getpid(), {worker for _, worker in seen})
+
+    def test_batches_that_are_read_in_one_go_are_those_of_single_samples(self):
+        dataset = ca.open(self.dataset)
+        for context in (None, "fork", "spawn"):
+            workers = {} if context is None else {"num_workers": 2, "multiprocessing_context": context}
+            pairs = [pair for batch in zip(*dataset.loader("test", batch_size=7, **workers)) for pair in batch]
+            sounds, labels = torch.cat(pairs[:len(pairs) // 2]), torch.cat(pairs[len(pairs) // 2:])
+            single = self.struck("test")
+            self.assertEqual(len(sounds), len(single))
+            for i, (sound, label) in enumerate(single[j] for j in range(len(single))):
+                numpy.testing.assert_array_equal(sounds[i], sound)
+                self.assertEqual(labels[i], label)
+        numpy.testing.assert_array_equal(single[-1][0], single[len(single) - 1][0])
+        self.assertEqual(sum(len(batch) for batch in dataset.loader("train", label=None)), len(self.struck()))
+        train = dataset.loader("train", batch_size=5, drop_last=True)
+        self.assertNotEqual(*(numpy.concatenate([m for _, m in train]).tolist() for _ in range(2)))
+
+    def test_objects_columns_and_numbers_as_labels(self):
+        voxels, shapes = ca.open(self.dataset).torch("test", data="shapes/voxels", label="shape_index")[[1, 0]]
+        rows = self.rows("split_shape", "test")[[1, 0]]
+        numpy.testing.assert_array_equal(voxels, self.voxels[self.columns["shape_index"][rows]])
+        numpy.testing.assert_array_equal(shapes, self.columns["shape_index"][rows].astype(int))
+        with self.assertRaisesRegex(ca.InputError, "holds texts"):
+            self.struck(data="material")
+        with self.assertRaisesRegex(ca.InputError, "no listener 3"):
+            self.struck(listener=3)
 
     def test_other_columns(self):
         data = self.struck("test", label="shape", data="mel")
@@ -156,8 +280,9 @@ class Torch(DatasetTest):
             self.assertEqual(data.classes[data[i][1]], self.columns["shape"][row])
 
     def test_the_loop_as_it_stands(self):
-        names = self.run_block(docs_block("python.md", "python", "for audio, material in loader"))
-        self.assertEqual(names["audio"].shape[1:], self.columns["audio"].shape[1:])
+        names = self.run_block(docs_block("python.md", "python", "for mel, material in loader"))
+        self.assertEqual(names["mel"].shape[1:], self.columns["mel"].shape[1:])
+        numpy.testing.assert_array_equal(names["sounds"], self.columns["audio"][self.rows("split_shape", "train")[0]])
         del names["loader"]
 
     def test_log_mel(self):
@@ -199,7 +324,7 @@ class Torch(DatasetTest):
     def test_16_bit_audio_is_1_at_full_scale_by_either_loader(self):
         run_json("build", self.folder / "small.yaml", "-o", self.folder / "int16",
                  "--set", "audio.dtype=int16")
-        data = importlib.import_module("struck").Struck(self.folder / "int16")
+        data = ca.open(self.folder / "int16").torch("train")
         with h5py.File(self.folder / "int16" / "index.h5") as index:
             stored, keys = index["audio"][:], index["key"].asstr()[:]
         self.assertEqual(stored.dtype, numpy.int16)
