@@ -1,4 +1,4 @@
-"""Builds the extension with CMake, for pip. CARILLON_BUILD names a folder that is built already, or shall be."""
+"""Builds the extension with CMake, for pip. CARILLON_BUILD names a folder in which it is built already."""
 import os
 import pathlib
 import re
@@ -13,15 +13,16 @@ ROOT = pathlib.Path(__file__).resolve().parent
 
 class CMakeBuild(build_ext):
     def build_extension(self, extension):
-        build = pathlib.Path(os.environ.get("CARILLON_BUILD") or pathlib.Path(self.build_temp).resolve())
+        built_before = os.environ.get("CARILLON_BUILD")
+        build = pathlib.Path(built_before or self.build_temp).resolve()
         package = pathlib.Path(self.get_ext_fullpath(extension.name)).resolve().parent
 
         def cmake(*words):
             subprocess.run(["cmake", *map(str, words)], check=True)
-        if not (build / "CMakeCache.txt").is_file():
+        if not built_before:
             cmake("-S", ROOT, "-B", build, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release", "-DCARILLON_JOIN_SOURCES=ON",
                   "-DCARILLON_PYTHON=ON", f"-DPython_EXECUTABLE={sys.executable}")
-        cmake("--build", build)
+            cmake("--build", build)
         package.mkdir(parents=True, exist_ok=True)
         [built] = (build / "python" / "carillon").glob("_carillon*.so")
         self.copy_file(str(built), str(package / built.name))

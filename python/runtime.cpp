@@ -5,6 +5,8 @@
 #include <unistd.h>
 
 #include <nlohmann/json.hpp>
+#include <set>
+#include <string_view>
 #include <vector>
 
 #include "core/error.hpp"
@@ -47,6 +49,31 @@ struct Solver {
   std::optional<mpi::Environment> mpi{};
   std::optional<solvers::libraries::SolverEnvironment> environment{};
   pid_t process = getpid();
+};
+
+/// Takes back the variables that a library adds to the environment while one lives: a launcher that
+/// Python starts later would take itself for a part of this process' MPI.
+class SameEnvironment {
+ public:
+  SameEnvironment() : before_(names()) {}
+  ~SameEnvironment() {
+    for (const std::string& name : names()) {
+      if (!before_.contains(name)) unsetenv(name.c_str());
+    }
+  }
+  SameEnvironment(const SameEnvironment&) = delete;
+  SameEnvironment& operator=(const SameEnvironment&) = delete;
+
+ private:
+  static std::set<std::string> names() {
+    std::set<std::string> all;
+    for (char** variable = environ; *variable != nullptr; ++variable) {
+      const std::string_view text(*variable);
+      all.emplace(text.substr(0, text.find('=')));
+    }
+    return all;
+  }
+  std::set<std::string> before_;
 };
 
 std::optional<Solver>& solver() {
@@ -113,6 +140,7 @@ void start_solver() {
   int started = 0;
   MPI_Initialized(&started);
   if (started == 0) {
+    const SameEnvironment same;
     const mpi::AloneSettings settings;
     static char name[] = "carillon";
     static char* arguments[] = {name, nullptr};

@@ -176,7 +176,8 @@ class Modes:
         surface = axes.plot_trisurf(*moved.T, triangles=self.triangles, cmap="viridis", lw=0)
         surface.set_array(numpy.linalg.norm(shape, axis=1)[self.triangles].mean(1))
         axes.set_box_aspect(numpy.ptp(moved, axis=0))
-        axes.set(title=f"{self.frequencies[mode]:.1f} Hz")
+        axes.set_axis_off()
+        axes.set(title=f"{self.frequencies[mode]:.1f} Hz, moved {scale:g} of the longest side at most")
         return axes
 
     def _rows(self) -> list[list[str]]:

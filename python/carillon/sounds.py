@@ -196,7 +196,8 @@ class Fit:
         axes = show.axes(axes)
         rows = self.document["features"]
         axes.plot(_floats(rows, "frequency_hz"), _floats(rows, "decay_rate_per_s"), "o", ms=4, label="features")
-        axes.plot(*self.curve, label=self.formula)
+        numbers = ", ".join(f"{name} = {value:.4g}" for name, value in self.parameters.items())
+        axes.plot(*self.curve, label=f"{self.model}, {self.estimator}: {numbers}")
         axes.set(xlabel="frequency [Hz]", ylabel="decay rate [1/s]", xscale="log", yscale="log")
         axes.legend()
         return axes

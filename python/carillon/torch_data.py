@@ -29,8 +29,11 @@ class Samples(torch.utils.data.Dataset):
         self._axes = dataset[data].shape[1:]
         if dataset[data].type == "text":
             raise InputError(f"{data} holds texts", "data is a column of numbers; labels may be texts")
-        if listener is not None and not 0 <= listener < self._axes[0]:
-            raise InputError(f"there is no listener {listener}", f"there are {self._axes[0]}, counted from 0")
+        if listener is not None:
+            heard = self._axes[0] if len(dataset["audio"].shape) == 3 and data in ("audio", "mel") else 0
+            if not 0 <= listener < heard:
+                raise InputError(f"{data} has no listener {listener}",
+                                 f"it has {heard}, counted from 0" if heard else "leave listener out")
         #: Names of the labels, which are numbered over the whole dataset.
         self.classes: list[str] = []
         self.labels: torch.Tensor | None = None

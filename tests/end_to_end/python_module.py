@@ -250,7 +250,10 @@ class Process(ModuleTest):
                   "modes = ca.shape('bar').modes('steel', max_modes=3)\n"
                   "modes.strike()\n"
                   "after = (dict(os.environ), [signal.getsignal(s) for s in (signal.SIGINT, signal.SIGTERM)])\n"
-                  "assert before == after\n")
+                  "assert before == after\n"
+                  "import subprocess\n"
+                  "inherited = subprocess.run(['env', '-0'], capture_output=True, text=True).stdout.split('\\0')\n"
+                  "assert {line.partition('=')[0] for line in inherited} - {''} == set(os.environ), inherited\n")
         done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True,
                               env={**os.environ, "PYTHONPATH": str(MODULE)})
         self.assertEqual((done.returncode, done.stdout, done.stderr), (0, "", ""))
@@ -277,6 +280,7 @@ class Builds(ModuleTest):
             ca.plan("none.yaml")
 
     def test_a_mapping_is_built_as_its_file_is_on_any_ranks(self):
+        ca.shape("bar").modes("steel", max_modes=3, pitch_cents="off")  # MPI runs in this process
         path = self.write("built.yaml", json.dumps(self.CONFIGURATION))
         run_json("build", path, "-o", self.folder / "file")
         dataset = ca.build(self.CONFIGURATION, ranks=2, output=self.folder / "mapping")
