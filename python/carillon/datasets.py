@@ -8,14 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy
 import numpy.typing
-
 from carillon import _carillon
 from carillon.errors import InputError
 
 if TYPE_CHECKING:
-    import torch
-
     from carillon.torch_data import Samples
+    from torch.utils.data import DataLoader
 
 Rows = int | slice | Sequence[int] | numpy.typing.NDArray[Any]
 PARTS = ("train", "validation", "test")
@@ -178,7 +176,7 @@ class Dataset(Mapping[str, Column]):
 
     def loader(self, split: str = "train", label: str | None = "material", data: str = "audio", *, of: str = "shape",
                listener: int | None = None, batch_size: int = 32, shuffle: bool | None = None,
-               drop_last: bool = False, **how: Any) -> torch.utils.data.DataLoader:
+               drop_last: bool = False, **how: Any) -> DataLoader[Any]:
         """A DataLoader over `torch(...)` that reads each batch in one go, which is several times as fast.
 
         shuffle: None shuffles the training part alone. Further arguments are DataLoader's (num_workers, ...).

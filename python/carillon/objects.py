@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy
 import numpy.typing
-
 from carillon import _carillon, show
 from carillon.materials import Material, material_text
 from carillon.sounds import Sound

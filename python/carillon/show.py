@@ -9,7 +9,6 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 import numpy
-
 from carillon.errors import CarillonWarning, ConfigError
 
 

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy
 import numpy.typing
-
 from carillon import _carillon, show
 
 if TYPE_CHECKING:
@@ -19,7 +18,7 @@ if TYPE_CHECKING:
 FloatArray = numpy.typing.NDArray[numpy.float64]
 
 
-class Sound(numpy.ndarray):
+class Sound(numpy.ndarray[Any, numpy.dtype[numpy.float32]]):
     """Samples [samples] or [listeners, samples], float32, with their rate and how they came about."""
 
     rate: float  #: [Hz]
@@ -100,12 +99,14 @@ class Features:
     @classmethod
     def _from_json(cls, document: dict[str, Any]) -> Features:
         rows = document["features"]
-        columns = [_floats(rows, name) for name in
-                   ("frequency_hz", "decay_rate_per_s", "amplitude", "frequency_error_hz", "decay_rate_error_per_s",
-                    "amplitude_error", "snr_db")]
-        reverberant = numpy.array([row["reverberant"] for row in rows], bool)
-        return cls(*columns, reverberant, document["onset_s"], document["energy_explained"], document["remarks"],
-                   document["nothing"], document)
+        def column(name: str) -> FloatArray:
+            return _floats(rows, name)
+        return cls(frequencies=column("frequency_hz"), decay_rates=column("decay_rate_per_s"),
+                   amplitudes=column("amplitude"), frequency_errors=column("frequency_error_hz"),
+                   decay_rate_errors=column("decay_rate_error_per_s"), amplitude_errors=column("amplitude_error"),
+                   snrs=column("snr_db"), reverberant=numpy.array([row["reverberant"] for row in rows], bool),
+                   onset=document["onset_s"], explained=document["energy_explained"], remarks=document["remarks"],
+                   nothing=document["nothing"], document=document)
 
     def __len__(self) -> int:
         return len(self.frequencies)
@@ -333,4 +334,4 @@ def mel(samples: numpy.typing.ArrayLike, rate: float | None = None, *, bands: in
     """
     clips = numpy.asarray(samples)
     made = _carillon.mel(clips, _rate_of(samples, rate), bands, fft_size, hop, min_frequency, max_frequency)
-    return made[0] if clips.ndim == 1 else made
+    return made.squeeze(0) if clips.ndim == 1 else made

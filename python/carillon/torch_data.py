@@ -7,16 +7,14 @@ from typing import TYPE_CHECKING, Any
 import numpy
 import torch
 import torch.utils.data
-
 from carillon.errors import InputError
 
 if TYPE_CHECKING:
     import numpy.typing
-
     from carillon.datasets import Dataset
 
 
-class Samples(torch.utils.data.Dataset):
+class Samples(torch.utils.data.Dataset[Any]):
     """Pairs (data, label) of some samples.
 
     `samples[3]` is one pair; `samples[[3, 7, 1]]` reads many in one go. 16-bit audio comes as float, 1 at full

@@ -21,6 +21,11 @@ WEDGE = ([[0, 0, 0], [0.1, 0, 0], [0, 0.06, 0], [0, 0, 0.04]], [[0, 2, 1], [0, 1
 BAND = {"max_frequency": "16 kHz", "max_modes": 20}
 OPTIONS = ["--max-frequency", "16 kHz", "--max-modes", "20"]
 
+BARS = {"name": "bars", "seed": 3, "materials": ["steel", "glass"],
+        "objects": [{"shape": "bar", "count": 2}],
+        "modes": {"max_modes": 4, "max_frequency": "6 kHz"}, "strikes": {"per_object": 3},
+        "audio": {"seconds": 0.05}}
+
 
 class ModuleTest(FolderTest):
     @classmethod
@@ -260,14 +265,9 @@ class Process(ModuleTest):
 
 
 class Builds(ModuleTest):
-    CONFIGURATION = {"name": "bars", "seed": 3, "materials": ["steel", "glass"],
-                     "objects": [{"shape": "bar", "count": 2}],
-                     "modes": {"max_modes": 4, "max_frequency": "6 kHz"}, "strikes": {"per_object": 3},
-                     "audio": {"seconds": 0.05}}
-
     def test_a_mapping_is_planned_as_its_file_is(self):
-        path = self.write("bars.yaml", json.dumps(self.CONFIGURATION))
-        plan = ca.plan(self.CONFIGURATION, ranks=[1, 4])
+        path = self.write("bars.yaml", json.dumps(BARS))
+        plan = ca.plan(BARS, ranks=[1, 4])
         known = run_json("plan", path, "--ranks", "1,4")
         for name in ("shapes", "samples", "tasks", "estimate"):
             self.assertEqual(plan.document[name], known[name], name)
@@ -275,22 +275,22 @@ class Builds(ModuleTest):
         self.assertEqual(plan.samples, 12)
         self.assertIn("12 samples", str(plan))
         with self.assertRaisesRegex(ca.ConfigError, "did you mean"):
-            ca.plan({**self.CONFIGURATION, "audo": {}})
+            ca.plan({**BARS, "audo": {}})
         with self.assertRaisesRegex(ca.FileError, r"none\.yaml"):
             ca.plan("none.yaml")
 
     def test_a_mapping_is_built_as_its_file_is_on_any_ranks(self):
         ca.shape("bar").modes("steel", max_modes=3, pitch_cents="off")  # MPI runs in this process
-        path = self.write("built.yaml", json.dumps(self.CONFIGURATION))
+        path = self.write("built.yaml", json.dumps(BARS))
         run_json("build", path, "-o", self.folder / "file")
-        dataset = ca.build(self.CONFIGURATION, ranks=2, output=self.folder / "mapping")
+        dataset = ca.build(BARS, ranks=2, output=self.folder / "mapping")
         self.assertEqual((self.folder / "mapping" / "index.h5").read_bytes(),
                          (self.folder / "file" / "index.h5").read_bytes())
         self.assertEqual((dataset.samples, dataset.failures), (12, []))
         again = ca.build(path, output=self.folder / "mapping")
         self.assertEqual(again.samples, 12)
         with self.assertRaisesRegex(ca.ConfigError, "did you mean"):
-            ca.build({**self.CONFIGURATION, "audo": {}}, output=self.folder / "none")
+            ca.build({**BARS, "audo": {}}, output=self.folder / "none")
 
 
 if __name__ == "__main__":
