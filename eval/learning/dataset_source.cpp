@@ -50,7 +50,7 @@ class DatasetSource final : public SampleSource {
     const std::filesystem::path description = folder / "dataset.json";
     const bool described = std::filesystem::exists(description);
     content_ = core::sha256_file(described ? description : folder / "index.h5");
-    core::Hdf5Rows(file_, "id").require_files();
+    core::Hdf5Rows(file_, "audio").require_files();
     keys_ = file_.read<std::string>("key");
     if (described) describe(core::read_json(description));
     if (file_.has("shape_index")) {

@@ -74,7 +74,7 @@ class Completion(unittest.TestCase):
             self.assertIn("--json", told)
 
     def test_words_that_an_option_takes(self):
-        self.assertEqual(self.complete("export", "set", "--format", "''"), {"wav", "webdataset"})
+        self.assertEqual(self.complete("export", "set", "--format", "''"), {"lhotse", "wav", "webdataset"})
         self.assertEqual(self.complete("strike", "bowl", "-m", "gla"), {"glass"})
         self.assertEqual(self.complete("list", "sh"), {"shapes"})
         self.assertLessEqual({"bowl", "box"}, self.complete("modes", "bo"))
