@@ -269,8 +269,7 @@ Hdf5Rows::Hdf5Rows(const Hdf5Group& group, const std::string& name) {
   const QuietErrors quiet;
   OpenDataset dataset = open_for_rows(group.id_.get(), group.file_, name);
   OwnChunks chunks(dataset);
-  array_ = std::make_unique<Array>(
-      Array{group.file_, name, std::move(dataset), std::move(chunks)});
+  array_ = std::make_unique<Array>(Array{group.file_, name, std::move(dataset), std::move(chunks)});
   std::uint64_t begin = 0;
   for (VirtualSource& source : virtual_sources(array_->dataset.id.get(), group.file_, name)) {
     const std::uint64_t rows = source.rows;
