@@ -85,7 +85,8 @@ class Index {
         continue;
       }
       const core::Hdf5Group group = file_.open_group(name);
-      for (const std::string& inner : group.names()) names.push_back(name + "/" + inner);
+      for (const std::string& inner : group.names())
+        names.push_back(fmt::format("{}/{}", name, inner));
     }
     return names;
   }

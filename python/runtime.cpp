@@ -102,6 +102,7 @@ const char* python_name(const core::Error& error) {
   return "Error";
 }
 
+// By value: as pybind11 calls it. NOLINTNEXTLINE(performance-unnecessary-value-param)
 void translate(std::exception_ptr pointer) {
   try {
     if (pointer) std::rethrow_exception(pointer);
