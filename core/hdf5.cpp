@@ -1,9 +1,11 @@
 #include "core/hdf5.hpp"
 
 #include <fmt/format.h>
+#include <pthread.h>
 
 #include <limits>
 #include <map>
+#include <new>
 
 #include "core/detail/hdf5_detail.hpp"
 #include "core/error.hpp"
@@ -12,9 +14,31 @@ namespace carillon::core {
 
 namespace hdf5 {
 
-std::recursive_mutex& turn() {
+namespace {
+
+std::recursive_mutex& library_mutex() {
   static std::recursive_mutex mutex;
   return mutex;
+}
+
+/// A process is forked between two calls of HDF5, not within one of another thread's.
+void take_turn() {
+  library_mutex().lock();
+}
+void give_turn() {
+  library_mutex().unlock();
+}
+/// The thread that took it has another number in the child and could not free it.
+void renew_turn() {
+  new (&library_mutex()) std::recursive_mutex;
+}
+
+}  // namespace
+
+std::recursive_mutex& turn() {
+  static const int heeded = pthread_atfork(take_turn, give_turn, renew_turn);
+  static_cast<void>(heeded);
+  return library_mutex();
 }
 
 QuietErrors::QuietErrors() {

@@ -1,16 +1,14 @@
 #include "core/hdf5_rows.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cstring>
 #include <filesystem>
 #include <numeric>
 #include <optional>
 #include <stdexcept>
 
-#include "core/detail/byte_planes.hpp"
+#include "core/detail/chunk_reader.hpp"
 #include "core/detail/hdf5_detail.hpp"
 #include "core/error.hpp"
 
@@ -20,14 +18,14 @@ using namespace hdf5;
 
 namespace {
 
-/// Files of a virtual dataset that are kept open.
-constexpr std::size_t max_open_files = 256;
+/// Files of a virtual dataset that HDF5 keeps open.
+constexpr std::size_t max_open_files = 128;
 
 /// Some rows of a virtual dataset, which another file holds.
 struct Part {
   VirtualSource source;
   std::uint64_t begin = 0;           ///< first row of the whole
-  std::optional<Hdf5Rows> opened{};  ///< while it is
+  std::optional<Hdf5Rows> opened{};  ///< once it was read
   std::uint64_t used = 0;            ///< when it was read last
 };
 
@@ -65,133 +63,50 @@ void read_own(const OpenDataset& dataset, const std::string& file, const std::st
   }
 }
 
-/// Chunks that were written as core/hdf5_arrays.cpp does it, read without HDF5's own way, which
-/// takes ten times as long for a row: where they lie is asked of it once.
-class OwnChunks {
- public:
-  explicit OwnChunks(const OpenDataset& dataset) {
-    const Hdf5Object properties(H5Dget_create_plist(dataset.id.get()), H5Pclose);
-    if (H5Pget_layout(properties.get()) != H5D_CHUNKED) return;
-    std::vector<hsize_t> chunk(dataset.extent.size());
-    H5Pget_chunk(properties.get(), static_cast<int>(chunk.size()), chunk.data());
-    rows_ = chunk.front();
-    element_size_ = H5Tget_size(dataset.type.get());
-    const Hdf5Object native(H5Tget_native_type(dataset.type.get(), H5T_DIR_ASCEND), H5Tclose);
-    const bool whole_rows = std::equal(chunk.begin() + 1, chunk.end(), dataset.extent.begin() + 1);
-    if (!whole_rows || H5Tequal(native.get(), dataset.type.get()) <= 0 ||
-        filter_of(properties.get(), 0) != H5Z_FILTER_SHUFFLE ||
-        filter_of(properties.get(), 1) != H5Z_FILTER_DEFLATE ||
-        H5Pget_nfilters(properties.get()) != 2) {
-      return;
-    }
-    file_ = Hdf5Object(H5Iget_file_id(dataset.id.get()), H5Fclose);
-    void* handle = nullptr;
-    if (H5Fget_vfd_handle(file_.get(), H5P_DEFAULT, &handle) < 0 || handle == nullptr) return;
-    const Hdf5Object access(H5Fget_access_plist(file_.get()), H5Pclose);
-    if (H5Pget_driver(access.get()) != H5FD_SEC2) return;
-    descriptor_ = *static_cast<int*>(handle);
-    places_.resize((dataset.extent[0] + rows_ - 1) / rows_);
-    planes_.resize(rows_ * product(dataset.extent, 1) * element_size_);
-    values_.resize(planes_.size());
-  }
-
-  /// Rows that are decompressed together; 0: each lies by itself.
-  std::uint64_t rows() const { return rows_; }
-
-  /// Rows [first, first + count) of one chunk.
-  /// @param type  the values' in memory
-  /// @return false where HDF5 itself must read them
-  bool read(const OpenDataset& dataset, hid_t type, std::uint64_t first, std::uint64_t count,
-            void* to) {
-    if (descriptor_ < 0 || H5Tequal(type, dataset.type.get()) <= 0) return false;
-    const Place& place = place_of(dataset, first / rows_);
-    if (place.bytes == 0 || !load(place)) return false;
-    const std::size_t row = values_.size() / rows_;
-    std::memcpy(to, values_.data() + first % rows_ * row, count * row);
-    return true;
-  }
-
- private:
-  struct Place {
-    haddr_t address = HADDR_UNDEF;
-    hsize_t bytes = 0;  ///< 0: not asked for yet, or none
-    unsigned skipped_filters = 0;
-  };
-
-  static H5Z_filter_t filter_of(hid_t properties, unsigned number) {
-    unsigned flags = 0;
-    std::size_t values = 0;
-    return H5Pget_filter2(properties, number, &flags, &values, nullptr, 0, nullptr, nullptr);
-  }
-
-  const Place& place_of(const OpenDataset& dataset, std::uint64_t chunk) {
-    Place& place = places_[chunk];
-    if (place.bytes > 0) return place;
-    std::vector<hsize_t> corner(dataset.extent.size(), 0);
-    corner[0] = chunk * rows_;
-    H5Dget_chunk_info_by_coord(dataset.id.get(), corner.data(), &place.skipped_filters,
-                               &place.address, &place.bytes);
-    return place;
-  }
-
-  /// @return false where it is damaged: HDF5 says how
-  bool load(const Place& place) {
-    constexpr unsigned shuffle = 1, deflate = 2;
-    if ((place.skipped_filters & shuffle) != 0 || place.address == HADDR_UNDEF) return false;
-    const bool is_deflated = (place.skipped_filters & deflate) == 0;
-    std::vector<unsigned char>& read = is_deflated ? packed_ : planes_;
-    if (is_deflated) packed_.resize(place.bytes);
-    if (read.size() != place.bytes ||
-        pread(descriptor_, read.data(), read.size(), static_cast<off_t>(place.address)) !=
-            static_cast<ssize_t>(read.size()) ||
-        (is_deflated && !inflate_planes(packed_, planes_))) {
-      return false;
-    }
-    from_byte_planes(planes_, element_size_, values_);
-    return true;
-  }
-
-  std::uint64_t rows_ = 0;
-  std::size_t element_size_ = 0;
-  Hdf5Object file_;  ///< whose descriptor it is
-  int descriptor_ = -1;
-  std::vector<Place> places_;
-  std::vector<unsigned char> packed_, planes_, values_;
-};
-
 }  // namespace
 
 struct Hdf5Rows::Array {
   std::string file, name;
-  OpenDataset dataset;
-  OwnChunks chunks;
-  std::vector<Part> parts{};  ///< of a virtual dataset, in order of their rows
-  std::vector<std::size_t> open_parts{};
+  Extent extent;
+  std::optional<OpenDataset> dataset;  ///< none while HDF5 has the file closed
+  ChunkReader chunks;
+  std::vector<Part> parts{};              ///< of a virtual dataset, in order of their rows
+  std::vector<std::size_t> open_parts{};  ///< whose files HDF5 has open
   std::uint64_t reads = 0;
+  ChunkReader::Scratch scratch{};  ///< of all parts
 
-  /// The part that holds a row, opened.
-  const Part& part_of(std::uint64_t row) {
+  /// Closes the file; what is known of its chunks stays.
+  /// @return false where they cannot be read so
+  bool close() {
+    if (dataset) chunks.locate(*dataset);
+    chunks.close();
+    if (chunks.is_complete()) dataset.reset();
+    return chunks.is_complete();
+  }
+
+  /// The part that holds a row, known to HDF5 or by its chunks.
+  Part& part_of(std::uint64_t row) {
     const auto after =
         std::upper_bound(parts.begin(), parts.end(), row,
                          [](std::uint64_t value, const Part& part) { return value < part.begin; });
-    const std::size_t i = static_cast<std::size_t>(after - parts.begin()) - 1;
-    if (after == parts.begin() || row - parts[i].begin >= parts[i].source.rows) {
+    if (after == parts.begin() || row - std::prev(after)->begin >= std::prev(after)->source.rows) {
       refuse(file, name, fmt::format("row {} lies in none of the files that are joined", row));
     }
-    if (!parts[i].opened) open(i);
-    parts[i].used = ++reads;
-    return parts[i];
+    Part& part = *std::prev(after);
+    if (!part.opened) open(part);
+    part.used = ++reads;
+    return part;
   }
 
-  void open(std::size_t i) {
+  void open(Part& part) {
     if (open_parts.size() >= max_open_files) {
       const auto oldest = std::min_element(
           open_parts.begin(), open_parts.end(),
           [&](std::size_t a, std::size_t b) { return parts[a].used < parts[b].used; });
-      parts[*oldest].opened.reset();
+      std::optional<Hdf5Rows>& closed = parts[*oldest].opened;
+      if (closed && !closed->array_->close()) closed.reset();
       open_parts.erase(oldest);
     }
-    Part& part = parts[i];
     const auto lost = [&](const std::string& what) {
       throw FileError(what,
                       fmt::format("{} has rows {} to {} of {} from there; carillon check lists "
@@ -199,19 +114,20 @@ struct Hdf5Rows::Array {
                                   file, part.begin, part.begin + part.source.rows - 1, name));
     };
     const std::filesystem::path path = std::filesystem::path(file).parent_path() / part.source.file;
+    std::optional<Hdf5Rows> opened;
     try {
-      part.opened.emplace(Hdf5Group::open_file(path), part.source.dataset);
+      opened.emplace(Hdf5Group::open_file(path), part.source.dataset);
     } catch (const FileError& error) {
       lost(error.message());
     }
-    Extent expected = dataset.extent;
+    Extent expected = extent;
     expected[0] = part.source.rows;
-    if (part.opened->extent() != expected) {
+    if (opened->extent() != expected) {
       lost(fmt::format("{}: {}: an array of {} where {} was joined", path.string(),
-                       part.source.dataset, shape_text(part.opened->extent()),
-                       shape_text(expected)));
+                       part.source.dataset, shape_text(opened->extent()), shape_text(expected)));
     }
-    open_parts.push_back(i);
+    part.opened = std::move(opened);
+    open_parts.push_back(static_cast<std::size_t>(&part - parts.data()));
   }
 
   /// How many of ascending rows are best read in one go with all between them: neighbours, and what
@@ -227,34 +143,42 @@ struct Hdf5Rows::Array {
     return count;
   }
 
+  /// @return false where HDF5 must open the file for it
   template <class T>
-  void read_block(std::uint64_t first, std::uint64_t count, T* values) {
+  bool read_block(std::uint64_t first, std::uint64_t count, T* values,
+                  ChunkReader::Scratch& buffers) {
     if constexpr (!std::is_same_v<T, std::string>) {
       const Hdf5Object type = memory_type<T>();
-      const std::uint64_t width = product(dataset.extent, 1);
-      while (count > 0 && chunks.rows() > 0) {
+      const std::uint64_t width = product(extent, 1);
+      if (dataset && count > 0) chunks.locate(*dataset);
+      while (count > 0 && chunks.is_complete()) {
         const std::uint64_t some = std::min(count, chunks.rows() - first % chunks.rows());
-        if (!chunks.read(dataset, type.get(), first, some, values)) break;
+        if (!chunks.read(type.get(), first, some, values, buffers)) break;
         first += some;
         count -= some;
         values += some * width;
       }
     }
-    read_own(dataset, file, name, first, count, values);
+    if (count == 0) return true;
+    if (!dataset) return false;
+    read_own(*dataset, file, name, first, count, values);
+    return true;
   }
 
+  /// @return false where HDF5 must open the file for it
   template <class T>
-  void read(std::span<const std::uint64_t> rows, std::uint64_t width, T* values) {
+  bool read(std::span<const std::uint64_t> rows, T* values, ChunkReader::Scratch& buffers) {
+    const std::uint64_t width = product(extent, 1);
     std::vector<T> between;
     for (std::size_t i = 0; i < rows.size();) {
       const auto some = rows.subspan(i, together(rows.subspan(i)));
       const std::uint64_t count = some.back() - some.front() + 1;
       T* const to = values + i * width;
       if (count == some.size()) {
-        read_block(some.front(), count, to);
+        if (!read_block(some.front(), count, to, buffers)) return false;
       } else {
         between.resize(count * width);
-        read_block(some.front(), count, between.data());
+        if (!read_block(some.front(), count, between.data(), buffers)) return false;
         for (std::size_t k = 0; k < some.size(); ++k) {
           std::move(between.begin() + (some[k] - some.front()) * width,
                     between.begin() + (some[k] - some.front() + 1) * width, to + k * width);
@@ -262,16 +186,30 @@ struct Hdf5Rows::Array {
       }
       i += some.size();
     }
+    return true;
+  }
+
+  /// Rows of one part, counted from its own first.
+  template <class T>
+  void read_part(Part& part, std::span<const std::uint64_t> rows, T* values) {
+    if (!part.opened->array_->read(rows, values, scratch)) {
+      part.opened.reset();
+      open(part);
+      part.opened->array_->read(rows, values, scratch);
+    }
+    // Of a file that HDF5 has closed the descriptor is not kept either.
+    if (!part.opened->array_->dataset) part.opened->array_->chunks.close();
   }
 };
 
 Hdf5Rows::Hdf5Rows(const Hdf5Group& group, const std::string& name) {
   const QuietErrors quiet;
   OpenDataset dataset = open_for_rows(group.id_.get(), group.file_, name);
-  OwnChunks chunks(dataset);
-  array_ = std::make_unique<Array>(Array{group.file_, name, std::move(dataset), std::move(chunks)});
+  ChunkReader chunks(dataset, group.file_);
+  array_ = std::make_unique<Array>(
+      Array{group.file_, name, dataset.extent, std::move(dataset), std::move(chunks)});
   std::uint64_t begin = 0;
-  for (VirtualSource& source : virtual_sources(array_->dataset.id.get(), group.file_, name)) {
+  for (VirtualSource& source : virtual_sources(array_->dataset->id.get(), group.file_, name)) {
     const std::uint64_t rows = source.rows;
     array_->parts.push_back({std::move(source), begin});
     begin += rows;
@@ -289,7 +227,7 @@ Hdf5Rows::~Hdf5Rows() {
 }
 
 const Extent& Hdf5Rows::extent() const {
-  return array_->dataset.extent;
+  return array_->extent;
 }
 
 void Hdf5Rows::require_files() const {
@@ -316,16 +254,19 @@ void Hdf5Rows::read(std::span<const std::uint64_t> rows, std::span<T> values) co
              fmt::format("row {} lies outside an array of {}", row, shape_text(extent())));
     }
   }
-  if (array.parts.empty()) return array.read(rows, width(), values.data());
+  if (array.parts.empty()) {
+    array.read(rows, values.data(), array.scratch);
+    return;
+  }
   std::vector<std::uint64_t> within;
   for (std::size_t i = 0; i < rows.size(); i += within.size()) {
-    const Part& part = array.part_of(rows[i]);
+    Part& part = array.part_of(rows[i]);
     within.clear();
     for (const std::uint64_t row : rows.subspan(i)) {
       if (row < part.begin || row - part.begin >= part.source.rows) break;
       within.push_back(row - part.begin);
     }
-    part.opened->array_->read<T>(within, width(), values.data() + i * width());
+    array.read_part(part, within, values.data() + i * width());
   }
 }
 

@@ -1,9 +1,11 @@
 #include "python/runtime.hpp"
 
+#include <pthread.h>
 #include <spdlog/sinks/base_sink.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
+#include <new>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string_view>
@@ -123,8 +125,12 @@ core::TimeLimit Waiting::limit(const std::string& work) const {
   return limit;
 }
 
-std::mutex& turn() {
-  static std::mutex mutex;
+std::timed_mutex& turn() {
+  static std::timed_mutex mutex;
+  // A forked child has none of the threads that may have held it.
+  static const int heeded =
+      pthread_atfork(nullptr, nullptr, [] { new (&turn()) std::timed_mutex; });
+  static_cast<void>(heeded);
   return mutex;
 }
 

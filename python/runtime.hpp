@@ -33,7 +33,7 @@ class Waiting {
 };
 
 /// Work of the library runs in one thread at a time: PETSc has one state.
-std::mutex& turn();
+std::timed_mutex& turn();
 
 /// MPI and PETSc, started when modes are first asked for and ended when Python ends. MPI that runs
 /// already (mpi4py's) is used as it is. For the thread that calls, before work begins.
