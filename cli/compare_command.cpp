@@ -19,7 +19,7 @@ struct CompareOptions {
   int channel = 1;
   double loudest_level = 80;
   double widest = 100;
-  FeatureArguments features;
+  eval::features::FeatureArguments features;
 };
 
 eval::perception::HeardSound hear(const std::string& file, int channel,
@@ -35,7 +35,7 @@ eval::perception::HeardSound hear(const std::string& file, int channel,
 }
 
 void run_compare(const CompareOptions& options, Context& context) {
-  const eval::features::FeatureOptions wanted = feature_options(options.features);
+  const eval::features::FeatureOptions wanted = eval::features::feature_options(options.features);
   eval::perception::SoundComparisonOptions how;
   how.loudest_level = options.loudest_level;
   how.modes.widest = options.widest;

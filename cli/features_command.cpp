@@ -13,6 +13,7 @@
 #include "core/files.hpp"
 #include "core/trace.hpp"
 #include "eval/features/feature_json.hpp"
+#include "eval/features/read_clip.hpp"
 
 namespace carillon::cli {
 
@@ -20,7 +21,7 @@ namespace {
 
 struct FeaturesOptions {
   std::vector<std::string> files;
-  FeatureArguments features;
+  eval::features::FeatureArguments features;
   std::string csv;
   std::string residual;
 };
@@ -71,7 +72,7 @@ void run_features(const FeaturesOptions& options, Context& context) {
   if (!options.residual.empty() && options.files.size() > 1) {
     throw core::InputError("--residual takes one recording");
   }
-  const eval::features::FeatureOptions wanted = feature_options(options.features);
+  const eval::features::FeatureOptions wanted = eval::features::feature_options(options.features);
   if (!context.speaks()) return;
   const double start = core::monotonic_seconds();
   std::vector<eval::features::FeatureSet> sets;

@@ -21,7 +21,7 @@ using eval::damping::Estimator;
 
 struct FitCommandOptions {
   std::vector<std::string> recordings;
-  FeatureArguments features;
+  eval::features::FeatureArguments features;
   std::vector<std::string> tables;
   std::string model = "rayleigh";
   std::string estimator = "emg";
@@ -39,7 +39,7 @@ std::vector<Estimator> estimators_of(const std::string& word) {
 }
 
 std::vector<eval::damping::FitSource> read_sources(const FitCommandOptions& options) {
-  const eval::features::FeatureOptions wanted = feature_options(options.features);
+  const eval::features::FeatureOptions wanted = eval::features::feature_options(options.features);
   std::vector<eval::damping::FitSource> sources;
   for (const std::string& path : options.recordings) {
     sources.push_back(eval::damping::fit_source_of_recording(path, wanted));
@@ -49,50 +49,18 @@ std::vector<eval::damping::FitSource> read_sources(const FitCommandOptions& opti
   return sources;
 }
 
-/// Names the files that gave nothing.
-/// @throws InputError  none gave a feature that can be used
-void judge_sources(const std::vector<eval::damping::FitSource>& sources, std::size_t usable,
-                   bool speaks) {
-  if (sources.empty()) {
-    throw core::InputError("nothing to fit", "name recordings, or tables with --features FILE.csv");
-  }
-  std::string reasons;
-  for (const eval::damping::FitSource& source : sources) {
-    const bool room = std::all_of(source.features.begin(), source.features.end(),
-                                  [](const eval::features::Feature& f) { return f.reverberant; });
-    if (room && !source.features.empty()) {
-      reasons += fmt::format("\n  {}: all of its {} modes may be the room's (--rt60)", source.name,
-                             source.features.size());
-    }
-    if (source.nothing.empty()) continue;
-    // Some reasons begin with the file's name themselves.
-    const bool named = source.nothing.starts_with(source.name);
-    reasons +=
-        named ? "\n  " + source.nothing : fmt::format("\n  {}: {}", source.name, source.nothing);
-  }
-  if (usable == 0) throw core::InputError("no usable feature" + reasons);
-  if (!reasons.empty() && speaks) fmt::print(stderr, "carillon: without features:{}\n", reasons);
-}
-
 void run_fit(const FitCommandOptions& options, const Context& context) {
-  eval::damping::FitReport report;
-  report.law = eval::damping::damping_law(options.model);
+  const eval::damping::DampingLaw law = eval::damping::damping_law(options.model);
   const std::vector<Estimator> estimators = estimators_of(options.estimator);
   const double begin = core::monotonic_seconds();
-  report.sources = read_sources(options);
-  const eval::damping::DampingData data =
-      eval::damping::damping_data(eval::damping::joined_features(report.sources));
-  judge_sources(report.sources, data.size(), context.speaks());
-  const double read = core::monotonic_seconds();
-  for (const Estimator estimator : estimators) {
-    const eval::damping::FitOptions fit_options{estimator, true, !options.history.empty()};
-    report.fits.push_back(eval::damping::fit_damping(data, report.law, fit_options));
-  }
-  report.least_squares =
-      eval::damping::fit_damping(data, report.law, {Estimator::least_squares, false, false});
-  report.features_seconds = read - begin;
-  report.fit_seconds = core::monotonic_seconds() - read;
+  std::vector<eval::damping::FitSource> sources = read_sources(options);
+  const double features_seconds = core::monotonic_seconds() - begin;
+  eval::damping::FitReport report =
+      eval::damping::fit_sources(std::move(sources), law, estimators, !options.history.empty());
+  report.features_seconds = features_seconds;
   if (!context.speaks()) return;
+  const std::string reasons = eval::damping::useless_sources(report.sources);
+  if (!reasons.empty()) fmt::print(stderr, "carillon: without features:{}\n", reasons);
   if (!options.history.empty()) {
     core::write_text_durably(options.history, eval::damping::history_table(report.fits));
   }

@@ -8,8 +8,8 @@
 #include "render/maps/generated_maps.hpp"
 #include "scene/columns.hpp"
 #include "scene/effect.hpp"
+#include "scene/family_json.hpp"
 #include "scene/material_json.hpp"
-#include "solvers/families/families.hpp"
 #include "synth/contact/striker.hpp"
 #include "synth/material/material.hpp"
 #include "synth/recording/noise_generators.hpp"
@@ -30,13 +30,7 @@ nlohmann::json list_materials() {
 nlohmann::json list_shapes() {
   nlohmann::json list = nlohmann::json::array();
   for (const solvers::families::Family& family : solvers::families::families()) {
-    nlohmann::json parameters = nlohmann::json::array();
-    for (const solvers::families::FamilyParameter& p : family.parameters) {
-      parameters.push_back(
-          {{"name", p.name}, {"low_m", p.low}, {"high_m", p.high}, {"meaning", p.meaning}});
-    }
-    list.push_back(
-        {{"name", family.name}, {"description", family.description}, {"parameters", parameters}});
+    list.push_back(scene::to_json(family));
   }
   return list;
 }

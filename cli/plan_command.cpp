@@ -1,8 +1,6 @@
 #include "cli/build_options.hpp"
 #include "cli/command_line.hpp"
 #include "cli/context.hpp"
-#include "dataset/run/plan_summary.hpp"
-#include "dataset/run/schedule.hpp"
 #include "dataset/sweep/plan_sweep.hpp"
 
 namespace carillon::cli {
@@ -31,25 +29,9 @@ void add_plan(Program& program, Context& context) {
       "Examples:\n  carillon plan configs/smoke.yaml\n"
       "  carillon plan configs/rsaudio.yaml --ranks 64,4096 --ranks-per-node 64 --trace rsaudio");
   command.does([&context, options, schedule] {
-    const dataset::run::BuildOptions all = with_standard_input(*options, context);
-    if (const auto sweep = dataset::sweep::load_sweep(all, context.world)) {
-      if (!context.speaks()) return;
-      const dataset::sweep::SweepPlan plan = dataset::sweep::plan_sweep(*sweep, *schedule);
-      teller(context)(dataset::sweep::plan_text(plan, *sweep),
-                      dataset::sweep::to_json(plan, *sweep));
-      return;
-    }
-    const dataset::run::LoadedBuild build = dataset::run::load_build(all, context.world);
-    if (!context.speaks()) return;
-    const dataset::run::PlanSummary plan = dataset::run::summarise_plan(build);
-    nlohmann::json document = dataset::run::to_json(plan);
-    std::string text = dataset::run::plan_text(plan);
-    if (!schedule->ranks.empty()) {
-      const dataset::run::SimulatedBuild simulated = dataset::run::simulate_build(build, *schedule);
-      document["simulated"] = dataset::run::to_json(simulated);
-      text += dataset::run::simulation_text(simulated);
-    }
-    teller(context)(text, document);
+    const dataset::sweep::PlanReport plan = dataset::sweep::plan_configuration(
+        with_standard_input(*options, context), *schedule, context.world);
+    if (context.speaks()) teller(context)(plan.text, plan.document);
   });
 }
 

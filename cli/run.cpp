@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
@@ -10,7 +11,7 @@
 #include "cli/command_line.hpp"
 #include "cli/commands.hpp"
 #include "cli/learning_commands.hpp"
-#include "core/error.hpp"
+#include "core/failure.hpp"
 #include "core/files.hpp"
 #include "core/revision.hpp"
 #include "core/storage_error.hpp"
@@ -18,7 +19,6 @@
 #include "dataset/run/dataset.hpp"
 #include "mpi/backoff.hpp"
 #include "mpi/comm.hpp"
-#include "mpi/failure.hpp"
 #include "mpi/launcher.hpp"
 #include "solvers/libraries/environment.hpp"
 
@@ -60,14 +60,24 @@ int succeed(const Context& context) {
   return context.exit_code;
 }
 
-int fail(const Context& context, mpi::ExitCode code, const char* what) {
+/// Says what went wrong, and ends the command on every rank.
+/// @return the exit code
+int fail(const Context& context, const std::exception_ptr& error) {
   constexpr double timeout_s = 5;
-  const std::string words = context.chosen->in_options(what);
-  const char* message = words.c_str();
-  const auto tell = [&] {
-    std::fprintf(stderr, "carillon: rank %d: %s\n", mpi::rank(context.world), message);
+  core::Failure failure = core::describe(error);
+  failure.message = context.chosen->in_options(failure.message);
+  failure.hint = context.chosen->in_options(failure.hint);
+  const mpi::ExitCode code = failure.kind == "Error" ? mpi::exit_internal : mpi::exit_input;
+  const std::string words =
+      failure.message + (failure.hint.empty() ? "" : "\n  hint: " + failure.hint);
+  const auto say = [&](const std::string& who) {
+    std::fprintf(stderr, "carillon: %s%s\n", who.c_str(), words.c_str());
+    if (!context.json) return;
+    fmt::print("{{\"error\": {}}}\n", core::to_record(failure));
+    std::fflush(stdout);
   };
-  if (context.speaks()) std::fprintf(stderr, "carillon: %s\n", message);
+  const auto tell = [&] { say(fmt::format("rank {}: ", mpi::rank(context.world))); };
+  if (context.speaks()) say("");
   if (context.world == MPI_COMM_NULL) return code;
   if (!everyone_arrives(context.world, timeout_s)) {
     // The others are in a collective call that this rank will never join: end them all.
@@ -169,25 +179,13 @@ int run(int argc, char** argv, const LearningCommands& learning) {
     start(started, command.needs(), context, argc, argv);
     command.run();
     return succeed(context);
-  } catch (const core::ConfigError& error) {
-    return fail(context, mpi::exit_input, error.what());
-  } catch (const core::InputError& error) {
-    return fail(context, mpi::exit_input, error.what());
-  } catch (const core::StorageError& error) {
-    const int code = fail(context, mpi::exit_input, error.what());
+  } catch (const core::StorageError&) {
+    const int code = fail(context, std::current_exception());
     // HDF5 cannot close a file that the disk had no room for, and crashes over it in MPI_Finalize.
     std::fflush(nullptr);
     _exit(code);
-  } catch (const core::FileError& error) {
-    return fail(context, mpi::exit_input, error.what());
-  } catch (const core::SolverError& error) {
-    // An object that cannot be solved, or not within the limits that were asked for.
-    return fail(context, mpi::exit_input, error.what());
-  } catch (const mpi::TaskError& error) {
-    return fail(context, error.failure().kind == "Error" ? mpi::exit_internal : mpi::exit_input,
-                error.what());
-  } catch (const std::exception& error) {
-    return fail(context, mpi::exit_internal, error.what());
+  } catch (const std::exception&) {
+    return fail(context, std::current_exception());
   }
 }
 

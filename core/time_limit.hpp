@@ -17,6 +17,8 @@ struct TimeLimit {
   double start = monotonic_seconds();
   std::function<bool()> given_up{};  ///< nobody waits any more; empty: somebody always does
 
+  /// Whether it may ever pass.
+  bool is_set() const { return seconds > 0 || given_up; }
   bool passed() const {
     return (given_up && given_up()) || (seconds > 0 && monotonic_seconds() - start > seconds);
   }

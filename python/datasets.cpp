@@ -8,8 +8,6 @@
 #include "core/hdf5_rows.hpp"
 #include "core/near_program.hpp"
 #include "dataset/run/dataset.hpp"
-#include "dataset/run/plan_summary.hpp"
-#include "dataset/run/schedule.hpp"
 #include "dataset/sweep/plan_sweep.hpp"
 #include "python/runtime.hpp"
 
@@ -111,22 +109,9 @@ std::string plan(const std::string& text, const std::string& name,
   schedule.ranks.assign(ranks.begin(), ranks.end());
   start_solver();
   return interruptible([options, schedule](const Waiting&) {
-    if (const auto sweep = dataset::sweep::load_sweep(options, MPI_COMM_SELF)) {
-      const dataset::sweep::SweepPlan plan = dataset::sweep::plan_sweep(*sweep, schedule);
-      return json{{"document", dataset::sweep::to_json(plan, *sweep)},
-                  {"text", dataset::sweep::plan_text(plan, *sweep)}}
-          .dump();
-    }
-    const dataset::run::LoadedBuild build = dataset::run::load_build(options, MPI_COMM_SELF);
-    const dataset::run::PlanSummary plan = dataset::run::summarise_plan(build);
-    json document = dataset::run::to_json(plan);
-    std::string words = dataset::run::plan_text(plan);
-    if (!schedule.ranks.empty()) {
-      const dataset::run::SimulatedBuild simulated = dataset::run::simulate_build(build, schedule);
-      document["simulated"] = dataset::run::to_json(simulated);
-      words += dataset::run::simulation_text(simulated);
-    }
-    return json{{"document", document}, {"text", words}}.dump();
+    const dataset::sweep::PlanReport report =
+        dataset::sweep::plan_configuration(options, schedule, MPI_COMM_SELF);
+    return json{{"document", report.document}, {"text", report.text}}.dump();
   });
 }
 

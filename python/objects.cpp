@@ -2,15 +2,20 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <tuple>
 
 #include "core/error.hpp"
 #include "core/files.hpp"
+#include "core/units.hpp"
+#include "scene/family_json.hpp"
 #include "scene/material_json.hpp"
 #include "scene/modes_config.hpp"
 #include "scene/object.hpp"
 #include "scene/solved_object_json.hpp"
-#include "solvers/families/families.hpp"
+#include "scene/strikes.hpp"
 #include "solvers/libraries/one_thread.hpp"
 #include "solvers/modes/modes_file.hpp"
 #include "synth/damping/damping.hpp"
@@ -22,12 +27,20 @@ namespace {
 using core::InputError;
 using nlohmann::json;
 
-/// What may be said of an object beside its shape.
+/// What may be said of an object beside its shape, as scene::Object::file.
 struct ObjectSettings {
-  double length = 0, thickness = 0;
+  double length = 0, thickness = 0;  ///< [m]
   std::string unit;
   bool any_size = false;
+
+  /// Of a Python tuple (length, thickness, unit, any_size).
+  explicit ObjectSettings(const std::tuple<double, double, std::string, bool>& values)
+      : length(std::get<0>(values)),
+        thickness(std::get<1>(values)),
+        unit(std::get<2>(values)),
+        any_size(std::get<3>(values)) {}
 };
+using SettingsTuple = std::tuple<double, double, std::string, bool>;
 
 /// A shape that has not been solved, and the name that messages call it.
 struct Shape {
@@ -37,7 +50,7 @@ struct Shape {
 };
 
 void apply(const ObjectSettings& settings, scene::Object& object) {
-  if (settings.length < 0 || settings.thickness < 0) {
+  if (!(settings.length >= 0) || !(settings.thickness >= 0)) {
     throw InputError("length and thickness must not be negative", "leave out what is not known");
   }
   const bool generated = !object.family.empty();
@@ -51,13 +64,13 @@ void apply(const ObjectSettings& settings, scene::Object& object) {
   if (!settings.unit.empty()) object.file.unit = core::parse_unit_of_length(settings.unit);
 }
 
-Shape shape_from_text(const std::string& text, const ObjectSettings& settings) {
+Shape shape_from_text(const std::string& text, const SettingsTuple& settings) {
   Shape shape{text, scene::parse_object(text, "")};
-  apply(settings, shape.object);
+  apply(ObjectSettings(settings), shape.object);
   return shape;
 }
 
-Shape turned_shape(const Triples& profile, const ObjectSettings& settings) {
+Shape turned_shape(const Triples& profile, const SettingsTuple& settings) {
   if (profile.ndim() != 2 || profile.shape(1) != 2 || profile.shape(0) < 3) {
     throw InputError(
         "a profile is an array of at least three points (radius, height), [n, 2] in m");
@@ -66,20 +79,23 @@ Shape turned_shape(const Triples& profile, const ObjectSettings& settings) {
   shape.object.name = shape.object.family = "turned";
   const auto points = profile.unchecked<2>();
   for (py::ssize_t i = 0; i < points.shape(0); ++i) {
+    if (!std::isfinite(points(i, 0)) || !std::isfinite(points(i, 1))) {
+      throw InputError(fmt::format("profile: row {} is not finite", i));
+    }
     shape.object.profile.push_back({points(i, 0), points(i, 1)});
   }
-  apply(settings, shape.object);
+  apply(ObjectSettings(settings), shape.object);
   return shape;
 }
 
 Shape shape_from_arrays(
     const Triples& vertices,
     const py::array_t<std::int64_t, py::array::c_style | py::array::forcecast>& faces,
-    const std::string& name, const ObjectSettings& settings) {
+    const std::string& name, const SettingsTuple& settings) {
   Shape shape{name, {}};
   shape.object.name = name;
   shape.object.pattern = name;
-  apply(settings, shape.object);
+  apply(ObjectSettings(settings), shape.object);
   shape.surface.vertices = vectors_of(vertices, "vertices");
   if (faces.ndim() != 2 || faces.shape(1) != 3 || faces.shape(0) == 0) {
     throw InputError("faces are triangles: an array of indices, [count, 3]");
@@ -139,14 +155,49 @@ SolvedPointer solve(const Shape& shape, const std::string& materials, const std:
   });
 }
 
-SolvedPointer load_modes(const std::string& path, const std::string& material) {
+synth::damping::DecayRates decay_rates(const Solved& solved) {
+  return synth::damping::clamped_decay_rates(solved.object.modes,
+                                             scene::damping_of(solved.object.materials));
+}
+
+/// @param group      of the file: "", or a set of a build's file
+/// @param materials  one for each region, or one for all
+SolvedPointer load_modes(const std::string& path, const std::string& group, const std::string& name,
+                         const std::vector<std::string>& materials, const std::string& cache) {
   auto solved = std::make_shared<Solved>();
-  solved->name = path;
-  solved->object.modes = solvers::modes::read_modes(core::Hdf5Group::open_file(path));
-  solved->object.materials.assign(static_cast<std::size_t>(std::max<Eigen::Index>(
-                                      1, solved->object.modes.kinetic_fraction.cols())),
-                                  synth::material::parse_material(material));
+  solved->name = name;
+  solved->cache = cache;
+  solved->is_meshed = false;
+  const core::Hdf5Group file = core::Hdf5Group::open_file(path);
+  solved->object.modes = group.empty() ? solvers::modes::read_modes(file)
+                                       : solvers::modes::read_modes(file.open_group(group));
+  const auto regions = static_cast<std::size_t>(
+      std::max<Eigen::Index>(1, solved->object.modes.kinetic_fraction.cols()));
+  if (materials.size() != 1 && materials.size() != regions) {
+    throw InputError(fmt::format("{} has {} regions, not {}", path, regions, materials.size()),
+                     "give one material, or one for each region");
+  }
+  for (std::size_t i = 0; i < regions; ++i) {
+    solved->object.materials.push_back(
+        synth::material::parse_material(materials[materials.size() == 1 ? 0 : i]));
+  }
   return solved;
+}
+
+/// What `carillon modes --json` says, of what is known.
+std::string description_of(const Solved& solved) {
+  json document = scene::to_json(solved.object, decay_rates(solved));
+  if (!solved.is_meshed) {
+    for (const char* unknown : {"mesh", "repair", "solver", "timing"}) document.erase(unknown);
+  }
+  return document.dump();
+}
+
+SolvedPointer in_material(const Solved& solved, const std::string& text, double size) {
+  auto changed = std::make_shared<Solved>(solved);
+  changed->object = scene::in_material(solved.object, synth::material::parse_material(text), size);
+  changed->is_meshed = solved.is_meshed && size == 1;
+  return changed;
 }
 
 /// One number of each mode.
@@ -155,11 +206,6 @@ py::array_t<double> each_mode(const Solved& solved, const Number& number) {
   std::vector<double> values(solved.object.modes.size());
   for (std::size_t i = 0; i < values.size(); ++i) values[i] = number(i);
   return array_of(std::move(values));
-}
-
-synth::damping::DecayRates decay_rates(const Solved& solved) {
-  return synth::damping::clamped_decay_rates(solved.object.modes,
-                                             scene::damping_of(solved.object.materials));
 }
 
 py::array_t<float> shapes_of(const Solved& solved) {
@@ -186,13 +232,20 @@ py::array_t<std::int32_t> triangles_of(const Solved& solved) {
   return array_of(std::move(values), {static_cast<py::ssize_t>(flat.triangles.size()), 3});
 }
 
-json family_json(const solvers::families::Family& family) {
-  json parameters = json::object();
-  for (const auto& parameter : family.parameters) {
-    parameters[parameter.name] = {
-        {"low", parameter.low}, {"high", parameter.high}, {"meaning", parameter.meaning}};
+/// A text with its unit as a number.
+/// @param name  of the argument, for messages
+double quantity(const std::string& text, const std::string& dimension, const std::string& name) {
+  using core::Dimension;
+  static const std::map<std::string, Dimension> dimensions = {
+      {"length", Dimension::length},       {"time", Dimension::time},
+      {"frequency", Dimension::frequency}, {"pressure", Dimension::pressure},
+      {"density", Dimension::density},     {"level", Dimension::level},
+      {"impulse", Dimension::impulse},     {"none", Dimension::none}};
+  try {
+    return core::parse_quantity(text, dimensions.at(dimension));
+  } catch (const core::Error& error) {
+    throw InputError(fmt::format("{}: {}", name, error.message()), error.hint());
   }
-  return {{"name", family.name}, {"description", family.description}, {"parameters", parameters}};
 }
 
 }  // namespace
@@ -221,11 +274,6 @@ Vec3 vector_of(const Triples& array, const std::string& what) {
 }
 
 void bind_objects(py::module_& module) {
-  py::class_<ObjectSettings>(module, "ObjectSettings")
-      .def(py::init([](double length, double thickness, const std::string& unit, bool any_size) {
-             return ObjectSettings{length, thickness, unit, any_size};
-           }),
-           py::arg("length"), py::arg("thickness"), py::arg("unit"), py::arg("any_size"));
   py::class_<Shape>(module, "Shape")
       .def_readonly("name", &Shape::name)
       .def_property_readonly("family", [](const Shape& shape) { return shape.object.family; })
@@ -251,11 +299,15 @@ void bind_objects(py::module_& module) {
       .def_property_readonly("shapes", &shapes_of)
       .def_property_readonly("nodes", &nodes_of)
       .def_property_readonly("triangles", &triangles_of)
+      .def_property_readonly("materials",
+                             [](const Solved& solved) {
+                               json all = json::array();
+                               for (const auto& material : solved.object.materials)
+                                 all.push_back(scene::to_json(material));
+                               return all.dump();
+                             })
       .def_property_readonly("mass", [](const Solved& solved) { return solved.object.modes.mass; })
-      .def("json",
-           [](const Solved& solved) {
-             return scene::to_json(solved.object, decay_rates(solved)).dump();
-           })
+      .def("json", &description_of)
       .def("warnings", [](const Solved& solved) { return solved.object.warnings; })
       .def("save",
            [](const Solved& solved, const std::string& path) {
@@ -263,25 +315,7 @@ void bind_objects(py::module_& module) {
                solvers::modes::write_modes(core::Hdf5Group::create_file(file), solved.object.modes);
              });
            })
-      .def("in_material", [](const Solved& solved, const std::string& text, double size) {
-        const synth::material::Material material = synth::material::parse_material(text);
-        const synth::material::Material& former = solved.object.materials.front();
-        auto changed = std::make_shared<Solved>(solved);
-        if (solved.object.materials.size() > 1 || material.elastic.anisotropy ||
-            former.elastic.anisotropy ||
-            material.elastic.poisson_ratio != former.elastic.poisson_ratio) {
-          throw InputError(
-              "modes are rescaled only to another isotropic material of the same "
-              "Poisson's ratio",
-              "solve the object again in this material");
-        }
-        changed->object.modes =
-            solvers::modes::rescale(solved.object.modes, size,
-                                    material.elastic.youngs_modulus / former.elastic.youngs_modulus,
-                                    material.elastic.density / former.elastic.density);
-        changed->object.materials = {material};
-        return changed;
-      });
+      .def("in_material", &in_material);
   module.def("load_modes", &load_modes);
 
   module.def("materials", [] {
@@ -295,9 +329,12 @@ void bind_objects(py::module_& module) {
   });
   module.def("families", [] {
     json all = json::array();
-    for (const auto& family : solvers::families::families()) all.push_back(family_json(family));
+    for (const auto& family : solvers::families::families()) all.push_back(scene::to_json(family));
     return all.dump();
   });
+  module.attr("default_impulse") = scene::default_impulse;
+  module.attr("default_contact_time") = scene::default_contact_time;
+  module.def("quantity", &quantity);
   module.def("default_cache", [] { return core::default_cache_folder().string(); });
 }
 

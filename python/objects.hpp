@@ -12,7 +12,8 @@ namespace carillon::python {
 struct Solved {
   std::string name;
   scene::SolvedObject object;
-  std::string cache;  ///< folder; empty: none
+  std::string cache;      ///< folder; empty: none
+  bool is_meshed = true;  ///< `object` has the mesh that its modes were solved on
 };
 
 using SolvedPointer = std::shared_ptr<Solved>;

@@ -5,6 +5,8 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
+#include <cstdio>
+#include <cstdlib>
 #include <new>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -12,6 +14,7 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "core/failure.hpp"
 #include "mpi/comm.hpp"
 #include "mpi/launcher.hpp"
 #include "solvers/libraries/environment.hpp"
@@ -83,34 +86,36 @@ std::optional<Solver>& solver() {
   return running;
 }
 
+/// Ends the process at once, without the destructors of what a thread still works with.
+void leave(int status, void*) {
+  std::fflush(nullptr);
+  _exit(status);
+}
+
 void end_solver() {
-  // Work that nobody waits for any more ends first.
+  constexpr std::chrono::milliseconds grace(500);
   const py::gil_scoped_release unlocked;
-  const std::scoped_lock lock(turn());
+  const std::unique_lock lock(turn(), grace);
+  if (!lock) {
+    // Work that nobody waits for any more.
+    on_exit(leave, nullptr);
+    return;
+  }
   auto& running = solver();
   if (!running || running->process != getpid()) return;
   running->environment.reset();
   running->mpi.reset();
 }
 
-/// The class of carillon.errors that stands for an error.
-const char* python_name(const core::Error& error) {
-  if (dynamic_cast<const core::ConfigError*>(&error) != nullptr) return "ConfigError";
-  if (dynamic_cast<const core::InputError*>(&error) != nullptr) return "InputError";
-  if (dynamic_cast<const core::LimitError*>(&error) != nullptr) return "LimitError";
-  if (dynamic_cast<const core::ResourceError*>(&error) != nullptr) return "ResourceError";
-  if (dynamic_cast<const core::SolverError*>(&error) != nullptr) return "SolverError";
-  if (dynamic_cast<const core::FileError*>(&error) != nullptr) return "FileError";
-  return "Error";
-}
-
 // By value: as pybind11 calls it. NOLINTNEXTLINE(performance-unnecessary-value-param)
 void translate(std::exception_ptr pointer) {
   try {
     if (pointer) std::rethrow_exception(pointer);
-  } catch (const core::Error& error) {
-    const py::object type = py::module_::import("carillon.errors").attr(python_name(error));
-    PyErr_SetObject(type.ptr(), py::make_tuple(error.message(), error.hint()).ptr());
+  } catch (const core::Error&) {
+    const core::Failure failure = core::describe(pointer);
+    const py::object type =
+        py::module_::import("carillon.errors").attr("error_class")(failure.kind);
+    PyErr_SetObject(type.ptr(), py::make_tuple(failure.message, failure.hint).ptr());
   } catch (const nlohmann::json::exception& error) {
     PyErr_SetString(PyExc_ValueError, error.what());
   }
@@ -134,9 +139,19 @@ std::timed_mutex& turn() {
   return mutex;
 }
 
+std::unique_lock<std::timed_mutex> wait_for_turn() {
+  std::unique_lock lock(turn(), std::defer_lock);
+  for (;;) {
+    {
+      const py::gil_scoped_release unlocked;
+      if (lock.try_lock_for(look)) return lock;
+    }
+    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+  }
+}
+
 void start_solver() {
-  const py::gil_scoped_release unlocked;
-  const std::scoped_lock lock(turn());
+  const auto lock = wait_for_turn();
   auto& running = solver();
   if (running && running->process == getpid()) return;
   if (running) {
@@ -155,13 +170,17 @@ void start_solver() {
     char** values = arguments;
     running->mpi.emplace(count, values);
   }
-  // Of the calling thread other libraries want more.
+  // PETSc's start sets how many threads OpenMP gives this thread, which is Python's.
   const solvers::libraries::OneThread until_started;
   running->environment.emplace();
 }
 
-void give_warnings() {
-  for (const std::string& text : kept_warnings()->take()) {
+std::vector<std::string> take_warnings() {
+  return kept_warnings()->take();
+}
+
+void warn(const std::vector<std::string>& warnings) {
+  for (const std::string& text : warnings) {
     const py::object type = py::module_::import("carillon.errors").attr("CarillonWarning");
     if (PyErr_WarnEx(type.ptr(), text.c_str(), 2) != 0) throw py::error_already_set();
   }

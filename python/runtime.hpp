@@ -5,6 +5,7 @@
 #include <pybind11/stl.h>
 
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <exception>
 #include <memory>
@@ -13,6 +14,7 @@
 #include <string>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include "core/time_limit.hpp"
 
@@ -35,18 +37,29 @@ class Waiting {
 /// Work of the library runs in one thread at a time: PETSc has one state.
 std::timed_mutex& turn();
 
-/// MPI and PETSc, started when modes are first asked for and ended when Python ends. MPI that runs
+/// Waits for the turn without Python's lock; Ctrl-C ends the waiting.
+/// @throws py::error_already_set  KeyboardInterrupt
+std::unique_lock<std::timed_mutex> wait_for_turn();
+
+/// MPI and PETSc, started when modes or a plan are first asked for and ended when Python ends. MPI that runs
 /// already (mpi4py's) is used as it is. For the thread that calls, before work begins.
 void start_solver();
 
-/// What the library warned of since the last call, as Python's warnings.
-void give_warnings();
+/// What the library has warned of since the last call.
+std::vector<std::string> take_warnings();
+/// As Python's warnings.
+/// @throws py::error_already_set  Python takes warnings for errors
+void warn(const std::vector<std::string>& warnings);
 
 /// Translates the library's errors, takes its warnings, and ends the solver with Python.
 void set_up(py::module_& module);
 
+/// How long is waited before signals are looked at.
+constexpr std::chrono::milliseconds look(50);
+
 /// Lets `work` run without Python's lock in a thread of its own and waits for it. Ctrl-C ends the
-/// waiting at once; work that looks at its Waiting ends soon, other work runs on unseen.
+/// waiting at once; work that looks at its Waiting then ends at its next step, and what does not
+/// look ends when it is done. The next call's work begins after it.
 /// @param work  takes a Waiting and owns what it uses: it may outlive the call
 template <class Work>
 auto interruptible(Work work) {
@@ -57,25 +70,30 @@ auto interruptible(Work work) {
     bool done = false;
     std::optional<Result> result{};
     std::exception_ptr error{};
+    std::vector<std::string> warnings{};
   };
   const auto call = std::make_shared<Call>();
   const Waiting waiting;
   std::thread([call, waiting, work = std::move(work)]() mutable {
     std::optional<Result> result;
     std::exception_ptr error;
-    try {
-      const std::scoped_lock lock(turn());
-      if (!waiting.given_up()) result.emplace(work(waiting));
-    } catch (...) {
-      error = std::current_exception();
+    std::vector<std::string> warnings;
+    {
+      const std::scoped_lock own_turn(turn());
+      try {
+        if (!waiting.given_up()) result.emplace(work(waiting));
+      } catch (...) {
+        error = std::current_exception();
+      }
+      warnings = take_warnings();
     }
     const std::scoped_lock lock(call->mutex);
     call->result = std::move(result);
     call->error = error;
+    call->warnings = std::move(warnings);
     call->done = true;
     call->ended.notify_all();
   }).detach();
-  constexpr std::chrono::milliseconds look(50);
   for (bool done = false; !done;) {
     {
       const py::gil_scoped_release unlocked;
@@ -87,8 +105,15 @@ auto interruptible(Work work) {
       throw py::error_already_set();
     }
   }
-  give_warnings();
-  if (call->error) std::rethrow_exception(call->error);
+  if (call->error) {
+    try {
+      warn(call->warnings);
+    } catch (const py::error_already_set&) {
+      // A warning that Python takes for an error is not what went wrong here.
+    }
+    std::rethrow_exception(call->error);
+  }
+  warn(call->warnings);
   return std::move(*call->result);
 }
 

@@ -1,16 +1,17 @@
 #include <fmt/format.h>
 
+#include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
 
 #include "core/error.hpp"
 #include "core/trace.hpp"
-#include "core/units.hpp"
 #include "eval/damping/fit_report.hpp"
 #include "eval/damping/law_text.hpp"
+#include "eval/features/feature_arguments.hpp"
 #include "eval/features/feature_json.hpp"
 #include "eval/features/read_clip.hpp"
-#include "eval/material/assumed_material.hpp"
+#include "eval/material/estimate_recording.hpp"
 #include "eval/material/estimate_report.hpp"
 #include "eval/perception/compare_report.hpp"
 #include "python/objects.hpp"
@@ -22,7 +23,7 @@ namespace carillon::python {
 namespace {
 
 using core::InputError;
-using eval::features::FeatureOptions;
+using eval::features::FeatureArguments;
 using nlohmann::json;
 
 using Samples = py::array_t<double, py::array::c_style | py::array::forcecast>;
@@ -40,37 +41,37 @@ std::vector<double> channel_of(const Samples& samples, const std::string& what) 
 /// Rows [channels, samples], or one channel.
 std::vector<std::vector<double>> channels_of(const Samples& samples, const std::string& what) {
   if (samples.ndim() == 1) return {channel_of(samples, what)};
-  if (samples.ndim() != 2) {
+  if (samples.ndim() != 2 || samples.shape(0) == 0) {
     throw InputError(fmt::format("{} must be [samples] or [channels, samples]", what));
   }
   std::vector<std::vector<double>> channels;
   for (py::ssize_t i = 0; i < samples.shape(0); ++i) {
-    channels.emplace_back(samples.data(i, 0), samples.data(i, 0) + samples.shape(1));
+    const double* const row = samples.data() + i * samples.shape(1);
+    channels.emplace_back(row, row + samples.shape(1));
   }
   return channels;
 }
 
-/// Options of features as a mapping of the keys that `carillon features` has as options.
-FeatureOptions feature_options(const std::string& text) {
-  core::ConfigNode node = core::ConfigNode::parse(text, "features()");
-  FeatureOptions options;
-  using core::Dimension;
-  options.method = node.choice("method", {"esprit", "peaks"}, "esprit") == "peaks"
-                       ? eval::features::FeatureMethod::peaks
-                       : eval::features::FeatureMethod::esprit;
-  if (node.has("onset")) options.onset = node.quantity("onset", Dimension::time);
-  options.contact_time = node.not_negative("contact_time", Dimension::time, options.contact_time);
-  options.min_frequency =
-      node.not_negative("min_frequency", Dimension::frequency, options.min_frequency);
-  options.max_frequency =
-      node.positive("max_frequency", Dimension::frequency, options.max_frequency);
-  options.min_decay_rate = node.quantity("min_decay_rate", Dimension::none, options.min_decay_rate);
-  options.rt60 = node.quantities("rt60", Dimension::time, 0, std::vector<double>{});
-  options.min_level = node.quantity("min_level", Dimension::none, options.min_level);
-  options.max_features = static_cast<std::size_t>(
-      node.integer("max_features", 1, 5000, static_cast<std::int64_t>(options.max_features)));
-  node.finish();
-  return options;
+/// Arguments of Python by name, as `carillon features` has them as options.
+FeatureArguments feature_arguments(const json& given) {
+  FeatureArguments arguments;
+  const auto read = [&](const char* name, auto& value) {
+    if (given.contains(name)) given.at(name).get_to(value);
+  };
+  read("method", arguments.method);
+  read("onset", arguments.onset);
+  read("contact_time", arguments.contact_time);
+  read("min_frequency", arguments.min_frequency);
+  read("max_frequency", arguments.max_frequency);
+  read("min_decay_rate", arguments.min_decay_rate);
+  read("rt60", arguments.rt60);
+  read("min_level", arguments.min_level);
+  read("max_features", arguments.max_features);
+  return arguments;
+}
+
+eval::features::FeatureOptions feature_options(const std::string& given) {
+  return eval::features::feature_options(feature_arguments(json::parse(given)));
 }
 
 std::string features(const Samples& samples, double rate, const std::string& settings) {
@@ -104,8 +105,10 @@ std::vector<eval::features::Feature> features_from(const json& rows) {
     feature.decay_rate_error = number_or_nan(row, "decay_rate_error_per_s");
     feature.amplitude_error = number_or_nan(row, "amplitude_error");
     feature.reverberant = row.value("reverberant", false);
-    if (!(feature.frequency > 0) || !(feature.decay_rate > 0)) {
-      throw InputError("a feature's frequency and decay rate must be positive numbers");
+    if (!std::isfinite(feature.frequency) || !std::isfinite(feature.decay_rate) ||
+        !(feature.frequency > 0) || !(feature.decay_rate > 0)) {
+      throw InputError(fmt::format("feature {}: its frequency and decay rate must be positive",
+                                   features.size()));
     }
     features.push_back(feature);
   }
@@ -115,24 +118,14 @@ std::vector<eval::features::Feature> features_from(const json& rows) {
 /// @param sources  a list of {name, features}
 std::string fit(const std::string& sources, const std::string& model,
                 const std::string& estimator) {
-  eval::damping::FitReport report;
-  report.law = eval::damping::damping_law(model);
-  const eval::damping::Estimator chosen = eval::damping::estimator_named(estimator);
+  std::vector<eval::damping::FitSource> all;
   for (const json& source : json::parse(sources)) {
-    report.sources.push_back({source.at("name"), features_from(source.at("features")), {}, {}});
+    all.push_back({source.at("name"), features_from(source.at("features")), {}, {}});
   }
-  return interruptible([report = std::move(report), chosen](const Waiting&) mutable {
-    const double begin = core::monotonic_seconds();
-    const eval::damping::DampingData data =
-        eval::damping::damping_data(eval::damping::joined_features(report.sources));
-    if (data.size() == 0) {
-      throw InputError("no usable feature", "features that may be the room's (rt60) are not used");
-    }
-    report.fits.push_back(eval::damping::fit_damping(data, report.law, {chosen, true, false}));
-    report.least_squares = eval::damping::fit_damping(
-        data, report.law, {eval::damping::Estimator::least_squares, false, false});
-    report.fit_seconds = core::monotonic_seconds() - begin;
-    return eval::damping::to_json(report).dump();
+  return interruptible([all = std::move(all), law = eval::damping::damping_law(model),
+                        chosen = eval::damping::estimator_named(estimator)](const Waiting&) {
+    return eval::damping::to_json(eval::damping::fit_sources(all, law, std::vector{chosen}, false))
+        .dump();
   });
 }
 
@@ -165,9 +158,9 @@ py::tuple strike(const SolvedPointer& solved, const std::string& configuration,
   scene::SingleStrike single{.seed = seed, .repeat = repeat, .interval = interval};
   if (at) single.known.position = vector_of(*at, "at");
   if (direction) {
-    const Vec3 way = vector_of(*direction, "direction");
-    if (!(way.norm() > 0)) throw InputError("direction has no length");
-    single.known.direction = way.normalized();
+    const Vec3 force = vector_of(*direction, "direction");
+    if (!(force.norm() > 0)) throw InputError("direction has no length");
+    single.known.direction = force.normalized();
   }
   struct Made {
     std::vector<float> audio;
@@ -185,75 +178,96 @@ py::tuple strike(const SolvedPointer& solved, const std::string& configuration,
   return py::make_tuple(array_of(std::move(made.audio), {rows, samples}), made.description);
 }
 
-/// A quantity that may be left out.
-std::optional<double> known(const py::object& value) {
-  if (value.is_none()) return std::nullopt;
-  return value.cast<double>();
+/// Arguments of Python by name, as `carillon estimate` has them as options.
+eval::material::EstimateArguments estimate_arguments(const std::string& text) {
+  const json given = json::parse(text);
+  eval::material::EstimateArguments arguments;
+  const auto read = [&](const char* name, auto& value) {
+    if (given.contains(name)) given.at(name).get_to(value);
+  };
+  read("model", arguments.model);
+  read("heard", arguments.heard);
+  read("contact_time", arguments.contact_time);
+  read("poisson_ratio", arguments.poisson_ratio);
+  read("density", arguments.density);
+  read("onset", arguments.onset);
+  read("rt60", arguments.rt60);
+  read("starts", arguments.starts);
+  read("seed", arguments.seed);
+  return arguments;
 }
 
-py::dict assumed_constants(const std::string& named, const py::object& poisson_ratio,
-                           const py::object& density) {
-  const synth::material::Material material =
-      eval::material::assumed_material(named, known(poisson_ratio), known(density));
+/// What the object is solved in, as {youngs_modulus, poisson_ratio, density}.
+py::dict assumed_constants(const std::string& named, const std::string& given) {
+  const solvers::elements::Elastic elastic =
+      eval::material::assumed_material(named, estimate_arguments(given)).elastic;
   py::dict constants;
-  constants["youngs_modulus"] = material.elastic.youngs_modulus;
-  constants["poisson_ratio"] = material.elastic.poisson_ratio;
-  constants["density"] = material.elastic.density;
+  constants["youngs_modulus"] = elastic.youngs_modulus;
+  constants["poisson_ratio"] = elastic.poisson_ratio;
+  constants["density"] = elastic.density;
   return constants;
 }
 
+/// Solves the object once what was heard and where it was struck are known to be usable.
+/// @param solve  gives the solved object
 /// @return what carillon estimate says, and the recording made again [samples]
-py::tuple estimate(const SolvedPointer& solved, const Samples& samples, double rate,
+py::tuple estimate(const py::function& solve, const Samples& samples, double rate,
                    const Triples& at, const std::optional<Triples>& direction,
-                   const py::object& density, const std::string& model, const std::string& heard,
-                   const py::object& contact_time, std::size_t starts, std::uint64_t seed,
-                   const std::string& settings) {
-  eval::material::MaterialOptions options;
-  options.law = eval::damping::damping_law(model);
-  options.motion = eval::material::parse_heard_motion(heard);
-  options.contact_time = known(contact_time);
-  if (options.contact_time && !(*options.contact_time >= 0))
-    throw InputError("contact_time must not be negative");
-  options.searches = starts;
-  options.starts.seed = seed;
-  std::optional<Vec3> way;
-  if (direction) way = vector_of(*direction, "direction");
-  if (solved->object.materials.size() != 1) {
-    throw InputError(
-        fmt::format("{} has {} regions", solved->name, solved->object.materials.size()),
-        "one material is estimated: give an object of one region");
-  }
-  auto made = interruptible([=, point = vector_of(at, "at"), density = known(density),
-                             clip = channel_of(samples, "the recording"),
-                             heard_options = feature_options(settings)](const Waiting&) {
-    core::Trace trace = solved->object.trace;
-    eval::features::FeatureSet set;
-    {
-      const core::ScopedTimer timer(trace.stages["features"]);
-      set = eval::features::extract_features(clip, rate, heard_options);
-    }
-    if (set.features.empty()) {
-      throw InputError("no modes can be heard: " + set.nothing,
-                       "a material is estimated from a struck object's ringing");
-    }
-    const solvers::modes::Modes& modes = solved->object.modes;
-    const auto& elastic = solved->object.materials.front().elastic;
-    const double modulus = elastic.youngs_modulus / elastic.density;
-    const synth::modal::Strike strike = eval::material::unit_strike(modes, point, way);
-    eval::material::MaterialEstimate found;
-    {
-      const core::ScopedTimer timer(trace.stages["search"]);
-      found = eval::material::estimate_material(
-          clip, set, eval::material::struck_modes(modes, strike.point, strike.direction, modulus),
-          options);
-    }
-    found.remarks.insert(found.remarks.begin(), set.remarks.begin(), set.remarks.end());
-    core::AudioClip again = eval::material::resynthesis(clip, set, modes, strike, found.candidate,
-                                                        modulus, options.motion);
-    return std::pair(eval::material::to_json(found, set, density, trace).dump(),
-                     std::move(again.samples));
+                   const std::string& given) {
+  const eval::material::EstimateArguments arguments = estimate_arguments(given);
+  const eval::material::MaterialOptions options = eval::material::material_options(arguments);
+  std::optional<Vec3> force;
+  if (direction) force = vector_of(*direction, "direction");
+  const eval::material::StruckPlace place =
+      eval::material::struck_place(vector_of(at, "at"), force);
+  struct Heard {
+    eval::material::HeardRecording recording;
+    core::Trace trace;
+  };
+  Heard heard = interruptible(
+      [clip = channel_of(samples, "the recording"), rate, arguments](const Waiting&) mutable {
+        Heard made;
+        const core::ScopedTimer timer(made.trace.stages["features"]);
+        made.recording = eval::material::listen(std::move(clip), rate, arguments, "the recording");
+        return made;
+      });
+  const auto solved = solve().cast<SolvedPointer>();
+  auto made = interruptible([=, heard = std::move(heard)](const Waiting&) mutable {
+    core::Trace& trace = heard.trace;
+    trace.merge(solved->object.trace);
+    eval::material::RecordedMaterial found = eval::material::estimate_recording(
+        heard.recording, solved->object.modes, solved->object.materials, place, options,
+        solved->name, trace);
+    return std::pair(eval::material::to_json(found.estimate, heard.recording.set,
+                                             eval::material::known_density(arguments), trace)
+                         .dump(),
+                     std::move(found.resynthesis.samples));
   });
   return py::make_tuple(made.first, array_of(std::move(made.second)));
+}
+
+/// @return [rows, bands, frames]
+py::array_t<float> mel(const Samples& samples, double rate, int bands, int fft_size, int hop,
+                       double min_frequency, double max_frequency) {
+  const synth::signal::MelOptions options{.sample_rate = rate,
+                                          .fft_size = fft_size,
+                                          .hop = hop,
+                                          .bands = bands,
+                                          .min_frequency = min_frequency,
+                                          .max_frequency = max_frequency};
+  auto rows = channels_of(samples, "samples");
+  const auto count = static_cast<py::ssize_t>(rows.size());
+  std::vector<float> values = interruptible([rows = std::move(rows), options](const Waiting&) {
+    const synth::signal::MelSpectrogram spectrogram(options);
+    std::vector<float> all;
+    for (const std::vector<double>& row : rows) {
+      const std::vector<float> one = spectrogram(std::vector<float>(row.begin(), row.end()));
+      all.insert(all.end(), one.begin(), one.end());
+    }
+    return all;
+  });
+  const auto frames = static_cast<py::ssize_t>(values.size()) / (count * bands);
+  return array_of(std::move(values), {count, bands, frames});
 }
 
 }  // namespace
@@ -273,28 +287,7 @@ void bind_sounds(py::module_& module) {
   module.def("strike", &strike);
   module.def("assumed_constants", &assumed_constants);
   module.def("estimate", &estimate);
-  module.def("mel", [](const Samples& samples, double rate, int bands, int fft_size, int hop,
-                       double min_frequency, double max_frequency) {
-    synth::signal::MelOptions options{.sample_rate = rate,
-                                      .fft_size = fft_size,
-                                      .hop = hop,
-                                      .bands = bands,
-                                      .min_frequency = min_frequency,
-                                      .max_frequency = max_frequency};
-    auto rows = channels_of(samples, "samples");
-    const auto count = static_cast<py::ssize_t>(rows.size());
-    std::vector<float> values = interruptible([rows = std::move(rows), options](const Waiting&) {
-      const synth::signal::MelSpectrogram spectrogram(options);
-      std::vector<float> all;
-      for (const std::vector<double>& row : rows) {
-        const std::vector<float> one = spectrogram(std::vector<float>(row.begin(), row.end()));
-        all.insert(all.end(), one.begin(), one.end());
-      }
-      return all;
-    });
-    const auto frames = static_cast<py::ssize_t>(values.size()) / (count * bands);
-    return array_of(std::move(values), {count, bands, frames});
-  });
+  module.def("mel", &mel);
 }
 
 }  // namespace carillon::python

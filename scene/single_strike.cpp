@@ -67,6 +67,7 @@ nlohmann::json to_json(const StruckSound& struck, const Scene& scene) {
   return {{"modes", sound.modes},
           {"modes_above_nyquist", sound.modes_above_nyquist},
           {"unit", struck.unit},
+          {"sample_rate_hz", scene.audio.sample_rate},
           {"peak", core::peak(sound.audio)},
           {"position_m", list(struck.struck.position)},
           {"normal", list(struck.struck.normal)},

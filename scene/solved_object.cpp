@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "core/error.hpp"
@@ -167,6 +168,27 @@ SolvedObject solve_object(const ObjectRequest& request, MPI_Comm comm,
   }
   object.warnings = warnings_of(request, object);
   return object;
+}
+
+SolvedObject in_material(const SolvedObject& object, const synth::material::Material& material,
+                         double size) {
+  const solvers::elements::Elastic& former = object.materials.front().elastic;
+  if (object.materials.size() > 1 || material.elastic.anisotropy || former.anisotropy ||
+      material.elastic.poisson_ratio != former.poisson_ratio) {
+    throw InputError(
+        "modes are rescaled only to another isotropic material of the same Poisson's ratio",
+        "solve the object again in this material");
+  }
+  if (!(size > 0) || !std::isfinite(size)) {
+    throw InputError(fmt::format("a size of {} is no factor of lengths", size),
+                     "it must be positive");
+  }
+  SolvedObject changed = object;
+  changed.modes = solvers::modes::rescale(object.modes, size,
+                                          material.elastic.youngs_modulus / former.youngs_modulus,
+                                          material.elastic.density / former.density);
+  changed.materials = {material};
+  return changed;
 }
 
 std::vector<solvers::elements::Elastic> elastic_of(

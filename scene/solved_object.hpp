@@ -80,6 +80,13 @@ struct SolvedObject {
 SolvedObject solve_object(const ObjectRequest& request, MPI_Comm comm = MPI_COMM_WORLD,
                           const std::filesystem::path& cache = {});
 
+/// The same shape in another material and at another size, by rescale(): exact, nothing is solved.
+/// @param size  factor of every length
+/// @throws InputError  another Poisson's ratio, an anisotropic material, several regions, a size
+///                     that is not positive
+SolvedObject in_material(const SolvedObject& object, const synth::material::Material& material,
+                         double size);
+
 std::vector<solvers::elements::Elastic> elastic_of(
     const std::vector<synth::material::Material>& materials);
 std::vector<synth::damping::DampingModel> damping_of(

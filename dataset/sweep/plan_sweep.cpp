@@ -8,6 +8,7 @@
 #include "dataset/run/costs.hpp"
 #include "dataset/sweep/detail/shared_work.hpp"
 #include "dataset/sweep/detail/table.hpp"
+#include "mpi/comm.hpp"
 
 namespace carillon::dataset::sweep {
 
@@ -93,6 +94,25 @@ std::string plan_text(const SweepPlan& plan, const LoadedSweep& loaded) {
   text += "effects and solver of one variant: plan with --set sweep= and --set of its values\n";
   if (plan.simulated) text += run::simulation_text(*plan.simulated);
   return text;
+}
+
+PlanReport plan_configuration(const run::BuildOptions& options,
+                              const run::ScheduleOptions& schedule, MPI_Comm comm) {
+  if (const auto sweep = load_sweep(options, comm)) {
+    if (mpi::rank(comm) != 0) return {};
+    const SweepPlan plan = plan_sweep(*sweep, schedule);
+    return {plan_text(plan, *sweep), to_json(plan, *sweep)};
+  }
+  const run::LoadedBuild build = run::load_build(options, comm);
+  if (mpi::rank(comm) != 0) return {};
+  const run::PlanSummary plan = run::summarise_plan(build);
+  PlanReport report{run::plan_text(plan), run::to_json(plan)};
+  if (!schedule.ranks.empty()) {
+    const run::SimulatedBuild simulated = run::simulate_build(build, schedule);
+    report.document["simulated"] = run::to_json(simulated);
+    report.text += run::simulation_text(simulated);
+  }
+  return report;
 }
 
 }  // namespace carillon::dataset::sweep

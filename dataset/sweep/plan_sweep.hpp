@@ -34,4 +34,17 @@ nlohmann::ordered_json to_json(const SweepPlan& plan, const LoadedSweep& loaded)
 /// For a person.
 std::string plan_text(const SweepPlan& plan, const LoadedSweep& loaded);
 
+/// What `carillon plan` says of a configuration, of one dataset or a sweep.
+struct PlanReport {
+  std::string text;  ///< for a person
+  nlohmann::json document;
+};
+
+/// Loads a configuration and plans it; runs nothing.
+/// @param schedule  also simulated, where it names ranks
+/// @param comm      all of it load the configuration, the first one plans: empty on the others
+/// @throws ConfigError, InputError  on every rank
+PlanReport plan_configuration(const run::BuildOptions& options,
+                              const run::ScheduleOptions& schedule, MPI_Comm comm);
+
 }  // namespace carillon::dataset::sweep

@@ -7,7 +7,9 @@
 #include <limits>
 #include <numbers>
 
+#include "core/error.hpp"
 #include "core/json.hpp"
+#include "core/trace.hpp"
 #include "eval/damping/detail/information.hpp"
 #include "eval/damping/fitted_alphas.hpp"
 #include "eval/damping/law_text.hpp"
@@ -90,6 +92,45 @@ void print_fit(const DampingFit& fit) {
 }
 
 }  // namespace
+
+std::string useless_sources(const std::vector<FitSource>& sources) {
+  std::string reasons;
+  for (const FitSource& source : sources) {
+    const bool room = std::all_of(source.features.begin(), source.features.end(),
+                                  [](const features::Feature& f) { return f.reverberant; });
+    if (room && !source.features.empty()) {
+      reasons += fmt::format("\n  {}: all of its {} modes may be the room's (--rt60)", source.name,
+                             source.features.size());
+    }
+    if (source.nothing.empty()) continue;
+    // Some reasons begin with the file's name themselves.
+    const bool named = source.nothing.starts_with(source.name);
+    reasons +=
+        named ? "\n  " + source.nothing : fmt::format("\n  {}: {}", source.name, source.nothing);
+  }
+  return reasons;
+}
+
+FitReport fit_sources(std::vector<FitSource> sources, const DampingLaw& law,
+                      std::span<const Estimator> estimators, bool with_history) {
+  if (sources.empty()) {
+    throw core::InputError("nothing to fit", "name recordings, or tables with --features FILE.csv");
+  }
+  FitReport report;
+  report.law = law;
+  report.sources = std::move(sources);
+  const double begin = core::monotonic_seconds();
+  const DampingData data = damping_data(joined_features(report.sources));
+  if (data.size() == 0) {
+    throw core::InputError("no usable feature" + useless_sources(report.sources));
+  }
+  for (const Estimator estimator : estimators) {
+    report.fits.push_back(fit_damping(data, law, {estimator, true, with_history}));
+  }
+  report.least_squares = fit_damping(data, law, {Estimator::least_squares, false, false});
+  report.fit_seconds = core::monotonic_seconds() - begin;
+  return report;
+}
 
 json to_json(const FitReport& report) {
   const DampingFit& first = report.fits.front();

@@ -1,5 +1,7 @@
 #include "eval/perception/compare_sounds.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -75,6 +77,11 @@ LoudnessDifference compare_loudness(std::span<const double> reference,
 
 SoundComparison compare_sounds(const HeardSound& reference, const HeardSound& other,
                                const SoundComparisonOptions& options) {
+  if (!(options.loudest_level >= 0 && options.loudest_level <= 140)) {
+    throw core::InputError(
+        fmt::format("--loudest-level: {} dB lies outside 0 to 140 dB", options.loudest_level));
+  }
+  if (!(options.modes.widest > 0)) throw core::InputError("--widest: it must be positive");
   SoundComparison comparison;
   comparison.sample_rate = std::min(reference.set.sample_rate, other.set.sample_rate);
   std::vector<double> first = ringing(reference, comparison.sample_rate);

@@ -1,17 +1,22 @@
 """Builds, and what they would run."""
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import json
 import os
+import re
 import signal
 import subprocess
+import sys
+import threading
+import warnings
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from carillon import _carillon, show
+from carillon import _carillon, arguments
 from carillon.datasets import Dataset
-from carillon.errors import ConfigError, Error, FileError, InputError
+from carillon.errors import CarillonWarning, Error, FileError, InputError, error_class
 
 Configuration = str | os.PathLike[str] | Mapping[str, Any]
 
@@ -19,7 +24,7 @@ Configuration = str | os.PathLike[str] | Mapping[str, Any]
 def _text_and_name(configuration: Configuration) -> tuple[str, str]:
     """The text of a configuration, and what it is called."""
     if isinstance(configuration, Mapping):
-        return json.dumps(configuration, default=show.plain), "configuration"
+        return json.dumps(configuration, default=arguments.plain), "configuration"
     path = os.fspath(configuration)
     try:
         with open(path, encoding="utf-8") as file:
@@ -29,16 +34,15 @@ def _text_and_name(configuration: Configuration) -> tuple[str, str]:
 
 
 def _assignments(changes: Mapping[str, Any] | None) -> list[str]:
-    return [f"{key}={value if isinstance(value, str) else json.dumps(value, default=show.plain)}"
-            for key, value in (changes or {}).items()]
+    return [f"{key}={json.dumps(value, default=arguments.plain)}" for key, value in (changes or {}).items()]
 
 
-@dataclasses.dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True, repr=False)
 class Plan:
     """What a build would run, and why."""
 
-    text: str = dataclasses.field(repr=False)  #: for a person, as `carillon plan` prints it
-    document: dict[str, Any] = dataclasses.field(repr=False)  #: all that `carillon plan --json` prints
+    text: str  #: for a person, as `carillon plan` prints it
+    document: dict[str, Any]  #: all that `carillon plan --json` prints
 
     @property
     def samples(self) -> int:
@@ -53,6 +57,9 @@ class Plan:
     def seconds(self) -> float:
         """Estimated, of one rank [s]."""
         return float(self.document["estimate"]["rank_seconds"])
+
+    def __repr__(self) -> str:
+        return f"<plan: {self.samples} samples, about {self.seconds:.3g} s of one rank, {', '.join(self.effects)}>"
 
     def __str__(self) -> str:
         return self.text
@@ -79,12 +86,15 @@ def build(configuration: Configuration, *, ranks: int = 1, output: str | os.Path
           mpirun: Sequence[str] = ("mpirun", "--oversubscribe")) -> Dataset:
     """Builds a dataset, or carries on where an earlier build of the same configuration stopped.
 
-    The program `carillon` does it, on `ranks` by mpirun; Ctrl-C stops it, and the same call goes on.
+    The program `carillon` does it, on `ranks` by mpirun; Ctrl-C stops it, and the same call goes on. Its progress
+    goes to standard error unless `quiet`; its warnings are CarillonWarnings.
     configuration: a YAML file, or a mapping of its keys (paths in it are meant from the current folder); output:
     folder, by default the configuration's `name`; set: other values of some keys.
     Returns the dataset; its `failures` lists the tasks that failed. Sweeps give the first variant.
-    Raises ConfigError, InputError with the words of the command line.
+    Raises the errors of the command line with its words: ConfigError, InputError, ...
     """
+    if ranks < 1:
+        raise InputError(f"{ranks} ranks cannot build", "ranks is 1 or more")
     program = _carillon.program()
     if not program:
         raise Error("the program carillon was not found", "install it, or add its folder to PATH")
@@ -99,33 +109,50 @@ def build(configuration: Configuration, *, ranks: int = 1, output: str | os.Path
         command.append("--retry-failed")
     if ranks > 1:
         command = [*mpirun, "-n", str(ranks), *command]
-    running = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                               text=True)
-    try:
-        printed, said = running.communicate("" if is_file else text)
-    except KeyboardInterrupt:
-        running.send_signal(signal.SIGTERM)  # a terminal has sent SIGINT to it, a notebook has not
-        running.communicate()
-        raise
-    if running.returncode in (130, -signal.SIGINT, -signal.SIGTERM):
-        raise KeyboardInterrupt
+    code, printed, said = _run(command, "" if is_file else text, quiet)
+    for line in said:
+        if warning := _WARNING.search(line):
+            warnings.warn(warning[1], CarillonWarning, stacklevel=2)
     try:
         summary = json.loads(printed)
     except json.JSONDecodeError:
-        raise _error_of(said, running.returncode) from None
+        raise Error("\n".join(said).strip() or f"carillon ended with code {code} and said nothing") from None
+    if error := summary.get("error"):
+        raise error_class(error["kind"])(error["message"], error.get("hint", ""))
+    if code == 130:
+        raise Error("the build was interrupted from outside", "the same call goes on where it stopped")
     return Dataset(summary["output"])
 
 
-def _error_of(said: str, code: int) -> Error:
-    """What the program said on standard error, as an exception."""
-    lines = said.splitlines()
-    first = next((i for i, line in enumerate(lines) if line.startswith("carillon: ")), None)
-    if first is None:
-        return Error(said.strip() or f"carillon ended with code {code}")
-    message, hint = lines[first].removeprefix("carillon: "), ""
-    for line in lines[first + 1:]:
-        if line.startswith("  hint: "):
-            hint = line.removeprefix("  hint: ")
-            break
-    kind = ConfigError if code == 2 and message.count(":") >= 3 else InputError if code == 2 else Error
-    return kind(message, hint)
+_WARNING = re.compile(r"\[warning\] (.*)")
+
+
+def _run(command: Sequence[str], given: str, quiet: bool) -> tuple[int, str, list[str]]:
+    """Runs a program. Returns its exit code, standard output, and lines of standard error."""
+    said: list[str] = []
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                          text=True) as running:
+        assert running.stdin and running.stdout and running.stderr
+
+        def listen() -> None:
+            assert running.stderr
+            for line in running.stderr:
+                said.append(line.rstrip("\n"))
+                if not quiet and not _WARNING.search(line):
+                    sys.stderr.write(line)
+
+        listener = threading.Thread(target=listen)
+        listener.start()
+        try:
+            with contextlib.suppress(BrokenPipeError):  # it may have refused its options
+                running.stdin.write(given)
+                running.stdin.close()
+            printed = running.stdout.read()
+            running.wait()
+        except KeyboardInterrupt:
+            running.send_signal(signal.SIGTERM)  # a terminal has sent SIGINT to it, a notebook has not
+            running.wait()
+            raise
+        finally:
+            listener.join()
+    return running.returncode, printed, said

@@ -1,9 +1,10 @@
 """Datasets as arrays, and as PyTorch reads them."""
 from __future__ import annotations
 
+import functools
 import json
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy
@@ -15,12 +16,14 @@ if TYPE_CHECKING:
     from carillon.torch_data import Samples
     from torch.utils.data import DataLoader
 
-Rows = int | slice | Sequence[int] | numpy.typing.NDArray[Any]
+Rows = int | slice | Sequence[int] | numpy.typing.NDArray[Any] | tuple[Any, ...]
 PARTS = ("train", "validation", "test")
 
 
 class Column:
-    """One value or array of each sample; read as it is indexed: `column[7]`, `column[rows]`, `column[:]`."""
+    """One value or array of each sample; read as it is indexed, by NumPy's rules: `column[7]`, `column[rows]`,
+    `column[:, 0]`, `column[mask]`.
+    """
 
     def __init__(self, dataset: Dataset, name: str):
         self._dataset, self.name = dataset, name
@@ -34,24 +37,26 @@ class Column:
 
     def __getitem__(self, rows: Rows) -> Any:
         """Rows in the order that they are asked for. Raises FileError: names the shard that is lost."""
+        if isinstance(rows, tuple):
+            return self._of_axes(rows)
         if self.type == "text":
             if self._texts is None:
                 self._texts = numpy.array(self._dataset._column(self.name).texts(), object)
             return self._texts[rows]
-        if isinstance(rows, (int, numpy.integer)):
-            row = int(rows)
-            if not -len(self) <= row < len(self):
-                raise IndexError(f"{self.name} has {len(self)} rows, not {row}")
-            return self._dataset._column(self.name).read(numpy.array([row % len(self)], numpy.uint64))[0]
-        if isinstance(rows, slice):
-            numbers = numpy.arange(*rows.indices(len(self)))
-        else:
-            numbers = numpy.asarray(rows)
-            numbers = numpy.flatnonzero(numbers) if numbers.dtype == bool else numbers
-            if len(numbers) and not (-len(self) <= numbers.min() and numbers.max() < len(self)):
-                raise IndexError(f"{self.name} has {len(self)} rows")
-            numbers = numbers % len(self)
-        return self._dataset._column(self.name).read(numbers.astype(numpy.uint64))
+        numbers = self._numbers[rows]
+        values = self._dataset._column(self.name).read(numpy.atleast_1d(numbers).reshape(-1))
+        return values.reshape(numpy.shape(numbers) + self.shape[1:])[()]
+
+    @functools.cached_property
+    def _numbers(self) -> numpy.typing.NDArray[numpy.uint64]:
+        return numpy.arange(len(self), dtype=numpy.uint64)
+
+    def _of_axes(self, axes: tuple[Any, ...]) -> Any:
+        """As `column[axes]` of an array; only the rows that are asked for are read."""
+        if not axes or axes[0] is None or axes[0] is Ellipsis:
+            return self[:][axes]
+        values = self[axes[0]]
+        return values[(slice(None),) * (values.ndim - len(self.shape) + 1) + axes[1:]]
 
     def __array__(self, dtype: Any = None) -> numpy.typing.NDArray[Any]:
         values = numpy.asarray(self[:])
@@ -73,7 +78,7 @@ class Dataset(Mapping[str, Column]):
     """
 
     def __init__(self, folder: str | os.PathLike[str]):
-        self.folder = os.fspath(folder)
+        self.folder = os.path.abspath(folder)
         self._path = os.path.join(self.folder, "index.h5")
         if not os.path.exists(self._path):
             what = ("it holds a sweep: open the folder of a variant in it"
@@ -176,17 +181,23 @@ class Dataset(Mapping[str, Column]):
 
     def loader(self, split: str = "train", label: str | None = "material", data: str = "audio", *, of: str = "shape",
                listener: int | None = None, batch_size: int = 32, shuffle: bool | None = None,
-               drop_last: bool = False, **how: Any) -> DataLoader[Any]:
+               sampler: Iterable[int] | None = None, drop_last: bool = False, generator: Any = None,
+               **options: Any) -> DataLoader[Any]:
         """A DataLoader over `torch(...)` that reads each batch in one go, which is several times as fast.
 
-        shuffle: None shuffles the training part alone. Further arguments are DataLoader's (num_workers, ...).
+        shuffle: None shuffles the training part alone; sampler: an order of one's own instead; generator: of the
+        shuffling. Further arguments are DataLoader's (num_workers, ...).
         """
         from torch.utils import data as torch_data
         samples = self.torch(split, label, data, of=of, listener=listener)
-        shuffled = split == "train" if shuffle is None else shuffle
-        order = (torch_data.RandomSampler if shuffled else torch_data.SequentialSampler)(samples)
-        return torch_data.DataLoader(samples, sampler=torch_data.BatchSampler(order, batch_size, drop_last),
-                                     batch_size=None, **how)
+        if sampler is not None and shuffle is not None:
+            raise InputError("sampler and shuffle both give the order", "leave one of them out")
+        if sampler is None and (split == "train" if shuffle is None else shuffle):
+            sampler = torch_data.RandomSampler(samples, generator=generator)
+        elif sampler is None:
+            sampler = torch_data.SequentialSampler(samples)
+        return torch_data.DataLoader(samples, sampler=torch_data.BatchSampler(sampler, batch_size, drop_last),
+                                     batch_size=None, generator=generator, **options)
 
     def table(self) -> Any:
         """The columns of one value each as pandas' DataFrame."""
@@ -195,7 +206,8 @@ class Dataset(Mapping[str, Column]):
                                  if "/" not in name and len(self[name].shape) == 1})
 
     def __repr__(self) -> str:
-        return f"<dataset {self.folder}: {self.samples} samples, {len(self['shapes/voxels']) if 'shapes/voxels' in self._names else len(set(self['shape'][:]))} objects>"
+        objects = (len(self["shapes/voxels"]) if "shapes/voxels" in self._names else len(set(self["shape"][:])))
+        return f"<dataset {self.folder}: {self.samples} samples, {objects} objects>"
 
 
 def open_dataset(folder: str | os.PathLike[str]) -> Dataset:

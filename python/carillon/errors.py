@@ -8,7 +8,6 @@ def _arguments(text: str) -> str:
     return _OPTION.sub(lambda option: option[1].replace("-", "_"), text)
 
 
-
 class Error(Exception):
     """A failure with a message and, where it helps, a hint how to mend it."""
 
@@ -46,3 +45,13 @@ class FileError(Error):
 
 class CarillonWarning(UserWarning):
     """Something that should be known before a result is used."""
+
+
+#: By what the library calls an error.
+_KINDS = {"ConfigError": ConfigError, "InputError": InputError, "SolverError": SolverError, "LimitError": LimitError,
+          "TimeError": ResourceError, "MemoryError": ResourceError, "FileError": FileError, "StorageError": FileError}
+
+
+def error_class(kind: str) -> type[Error]:
+    """The class that stands for what the library, and `carillon --json`, call an error."""
+    return _KINDS.get(kind, Error)

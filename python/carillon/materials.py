@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from carillon import _carillon
+from carillon.arguments import quantity
 
 
 @dataclasses.dataclass(frozen=True)
@@ -28,8 +29,12 @@ class Material:
     stiffness: tuple[tuple[float, ...], ...] | None = None
     source: str = ""
 
+    def __post_init__(self) -> None:
+        for name, dimension in (("youngs_modulus", "pressure"), ("poisson_ratio", "none"), ("density", "density")):
+            object.__setattr__(self, name, quantity(getattr(self, name), dimension, name))
+
     def replace(self, **changes: Any) -> Material:
-        """The same material with other values, as `dataclasses.replace`."""
+        """The same material with other values, as `dataclasses.replace`; texts may have units."""
         return dataclasses.replace(self, **changes)
 
     def text(self) -> str:
@@ -53,7 +58,12 @@ def _from_json(entry: dict[str, Any]) -> Material:
 
 @functools.cache
 def _presets() -> dict[str, Material]:
-    return {entry["name"]: _from_json(entry) for entry in json.loads(_carillon.materials())}
+    return {material.name: material for material in stored_materials(_carillon.materials())}
+
+
+def stored_materials(text: str) -> list[Material]:
+    """Of the library's JSON."""
+    return [_from_json(entry) for entry in json.loads(text)]
 
 
 class _Presets(Mapping[str, Material]):

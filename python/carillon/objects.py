@@ -4,24 +4,24 @@ from __future__ import annotations
 import dataclasses
 import json
 import os
+import pathlib
+import tempfile
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy
 import numpy.typing
-from carillon import _carillon, show
-from carillon.materials import Material, material_text
+from carillon import _carillon, arguments, show
+from carillon.arguments import FloatArray, Quantity
+from carillon.errors import InputError
+from carillon.materials import Material, material_text, stored_materials
 from carillon.sounds import Sound
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-FloatArray = numpy.typing.NDArray[numpy.float64]
-Quantity = float | str  #: a number in SI units, or a text with its unit: "5 mm"
 #: Meshes and modes that were made once are kept here; "": nowhere. $CARILLON_CACHE or ~/.cache/carillon by default.
-cache: str = _carillon.default_cache()
-
-_OF_MODES = ("order", "element_size", "max_elements", "edge_layers", "min_frequency", "max_frequency", "max_modes")
+cache: str | os.PathLike[str] = _carillon.default_cache()
 
 
 @dataclasses.dataclass(frozen=True)
@@ -43,20 +43,44 @@ class Certificate:
     linear_solver: str
 
 
+def _stored_modes(data: bytes, name: str, materials: list[Material], document: dict[str, Any]) -> Modes:
+    """Modes that were pickled."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = pathlib.Path(folder, "modes.h5")
+        path.write_bytes(data)
+        texts = [material.text() for material in materials]
+        return Modes(_carillon.load_modes(os.fspath(path), "", name, texts, os.fspath(cache)), document)
+
+
 class Modes:
     """Free vibration modes of an object in its material, ascending.
 
     Frequencies are undamped; shapes are mass-normalised, at the nodes of the surface.
     """
 
-    def __init__(self, solved: _carillon.Solved):
+    def __init__(self, solved: _carillon.Solved, document: dict[str, Any] | None = None):
         self._solved = solved
-        self._document: dict[str, Any] = json.loads(solved.json())
+        self._document: dict[str, Any] = json.loads(solved.json()) if document is None else document
 
     @classmethod
-    def load(cls, path: str | os.PathLike[str], material: str | Material) -> Modes:
-        """Modes that `save`, `carillon modes -o` or a build stored, in the material that they were solved for."""
-        return cls(_carillon.load_modes(os.fspath(path), material_text(material)))
+    def load(cls, path: str | os.PathLike[str], material: str | Material, *, group: str = "") -> Modes:
+        """Modes that `save`, `carillon modes -o` or a build stored, in the material that they were solved for.
+
+        group: of the file; a build stores the sets of an object's materials as `set-000`, `set-001`, ...
+        """
+        name = os.fspath(path)
+        return cls(_carillon.load_modes(name, group, name, [material_text(material)], os.fspath(cache)))
+
+    def __reduce__(self) -> Any:
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder, "modes.h5")
+            self.save(path)
+            return _stored_modes, (path.read_bytes(), self._solved.name, self.materials, self._document)
+
+    @property
+    def materials(self) -> list[Material]:
+        """Of each region."""
+        return stored_materials(self._solved.materials)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """An HDF5 file as `carillon modes -o` writes it."""
@@ -108,7 +132,7 @@ class Modes:
 
     @property
     def document(self) -> dict[str, Any]:
-        """All that `carillon modes --json` prints."""
+        """All that `carillon modes --json` prints; of stored modes without what was not stored."""
         return self._document
 
     def __len__(self) -> int:
@@ -116,47 +140,53 @@ class Modes:
 
     def in_material(self, material: str | Material, size: float = 1) -> Modes:
         """The same shape in another material of the same Poisson's ratio, and at another size: exact, and free."""
-        return Modes(self._solved.in_material(material_text(material), size))
+        return Modes(self._solved.in_material(material_text(material), float(size)))
 
     def strike(self, at: Sequence[float] | FloatArray | None = None, *,
-               direction: Sequence[float] | FloatArray | None = None, impulse: Quantity = 0.02,
-               contact_time: Quantity = 0.0002, seconds: Quantity = 1, rate: float = 44100, gain: float = 1,
-               listeners: Sequence[Sequence[float] | FloatArray] = (),
+               direction: Sequence[float] | FloatArray | None = None, impulse: Quantity | None = None,
+               contact_time: Quantity | None = None, seconds: Quantity | None = None, rate: Quantity | None = None,
+               gain: float | None = None, listeners: Sequence[Sequence[float] | FloatArray] = (),
                room: Mapping[str, Any] | None = None, supports: Mapping[str, Any] | None = None,
                noise: Mapping[str, Any] | None = None, striker: Mapping[str, Any] | None = None,
                scene: Mapping[str, Any] | None = None, seed: int = 1, repeat: int = 1,
-               interval: float = 0.2) -> Sound:
+               interval: Quantity = 0.2) -> Sound:
         """The sound of a strike: the velocity of the point [m/s], or the pressure at listeners [Pa].
 
         at: point [m]; the nearest one of the surface is struck. None: drawn by `seed`.
         direction: of the force; None: inward along the normal.
-        impulse: [N s]; contact_time: [s], 0 an ideal impulse. A `striker` gives both instead.
+        impulse: 0.02 N s; contact_time: 0.2 ms, 0 an ideal impulse. A `striker` gives both instead.
+        seconds: of the clip, 1; rate: 44100 Hz; gain: full scale per m/s or Pa, 1.
         listeners: positions [m] from the centre of the object's box, one channel each.
         room, supports, noise, striker: as the keys of a configuration (docs/configuration.md); `scene` has any
-        further ones: `{"radiation": {...}, "effects": {...}}`.
+        further ones: `{"radiation": {...}, "effects": {...}}`. repeat: strikes, `interval` [s] apart.
         Returns [samples], or [listeners, samples] for several, float32, 1 at full scale.
         Raises ConfigError (names the key), InputError.
         """
-        keys: dict[str, Any] = json.loads(json.dumps(dict(scene or {}), default=show.plain))
-        audio = {"seconds": seconds, "sample_rate": rate, "gain": gain}
-        keys["audio"] = audio | keys.get("audio", {})
-        strikes = keys.setdefault("strikes", {})
-        if striker is None and "striker" not in keys:
-            strikes.setdefault("impulse", impulse)
-            if contact_time == 0:
-                keys.setdefault("effects", {}).setdefault("contact", "off")
-            else:
-                strikes.setdefault("contact_time", contact_time)
-        if len(listeners) > 0:
-            keys["listeners"] = [{"position": [float(x) for x in listener]} for listener in listeners]
-        for name, value in (("room", room), ("supports", supports), ("noise", noise), ("striker", striker)):
-            if value is not None:
-                keys[name] = value
-        with show.arguments_of("strike()"):
+        keys: dict[str, Any] = json.loads(arguments.settings(**(scene or {})))
+        keys = arguments.joined({"room": room, "supports": supports, "noise": noise, "striker": striker,
+                                 "listeners": [{"position": [float(x) for x in listener]} for listener in listeners]
+                                 or None}, keys, "scene")
+        keys["audio"] = arguments.joined({"seconds": seconds, "sample_rate": rate, "gain": gain},
+                                         keys.get("audio") or {}, "scene's audio")
+        if "striker" in keys:
+            if impulse is not None or contact_time is not None:
+                raise InputError("a striker gives impulse and contact_time", "leave them out, or the striker")
+        else:
+            is_ideal = contact_time is not None and arguments.quantity(contact_time, "time", "contact_time") == 0
+            strikes = arguments.joined({"impulse": impulse, "contact_time": None if is_ideal else contact_time},
+                                       keys.get("strikes") or {}, "scene's strikes")
+            keys["strikes"] = {"impulse": _carillon.default_impulse, "contact_time": _carillon.default_contact_time,
+                               **strikes}
+            if is_ideal:
+                keys["effects"] = arguments.joined({"contact": "off"}, keys.get("effects") or {}, "scene's effects")
+                del keys["strikes"]["contact_time"]
+        with arguments.arguments_of("strike()"):
             samples, description = _carillon.strike(
-                self._solved, json.dumps(keys, default=show.plain), None if at is None else numpy.asarray(at, float),
-                None if direction is None else numpy.asarray(direction, float), seed, repeat, interval)
-        return Sound(samples[0] if len(samples) == 1 else samples, rate, json.loads(description))
+                self._solved, arguments.settings(**keys), None if at is None else arguments.numbers(at, "at"),
+                None if direction is None else arguments.numbers(direction, "direction"), seed, repeat,
+                arguments.quantity(interval, "time", "interval"))
+        document = json.loads(description)
+        return Sound(samples[0] if len(samples) == 1 else samples, document["sample_rate_hz"], document)
 
     def plot(self, axes: Any = None) -> Any:
         """Decay rates over frequencies, with matplotlib; returns the axes."""
@@ -195,38 +225,50 @@ class Modes:
         return show.table(["mode", "frequency [Hz]", "error [cents]", "decay [1/s]"], self._rows(), repr(self))
 
 
+def _settings(length: Quantity, thickness: Quantity, unit: str, any_size: bool) -> tuple[float, float, str, bool]:
+    """What may be said of an object beside its shape."""
+    return (arguments.quantity(length, "length", "length"), arguments.quantity(thickness, "length", "thickness"), unit,
+            any_size)
+
+
 class Object:
     """A shape to be solved: triangles in memory, a file, or a generated body."""
 
-    def __init__(self, vertices: numpy.typing.ArrayLike, faces: numpy.typing.ArrayLike, *, length: float = 0,
-                 unit: str = "", thickness: float = 0, any_size: bool = False, name: str = "object"):
+    def __init__(self, vertices: numpy.typing.ArrayLike, faces: numpy.typing.ArrayLike, *, length: Quantity = 0,
+                 unit: str = "", thickness: Quantity = 0, any_size: bool = False, name: str = "object"):
         """Triangles that bound a body.
 
         vertices: [n, 3], in metres or `unit` ("mm"); faces: [m, 3] indices, counter-clockwise from outside.
         length: longest side that the object is scaled to [m]; thickness: [m] given to open sheets.
-        Faults of a surface are repaired when it is meshed, and warned of.
+        Faults of a surface are repaired when it is meshed, and warned of. Raises InputError.
         """
-        settings = _carillon.ObjectSettings(length, thickness, unit, any_size)
-        self._shape = _carillon.shape_from_arrays(numpy.asarray(vertices, float), numpy.asarray(faces), name, settings)
+        self._make("shape_from_arrays", arguments.numbers(vertices, "vertices"), arguments.indices(faces, "faces"),
+                   name, _settings(length, thickness, unit, any_size))
+
+    def _make(self, maker: str, *shape: Any) -> None:
+        self._made_of = (maker, *shape)
+        self._shape: _carillon.Shape = getattr(_carillon, maker)(*shape)
 
     @classmethod
-    def _of(cls, shape: _carillon.Shape) -> Object:
+    def _of(cls, maker: str, *shape: Any) -> Object:
         made = cls.__new__(cls)
-        made._shape = shape
+        made._make(maker, *shape)
         return made
 
+    def __reduce__(self) -> Any:
+        return Object._of, self._made_of
+
     @classmethod
-    def load(cls, path: str | os.PathLike[str], *, length: float = 0, unit: str = "", thickness: float = 0,
+    def load(cls, path: str | os.PathLike[str], *, length: Quantity = 0, unit: str = "", thickness: Quantity = 0,
              any_size: bool = False) -> Object:
         """A mesh file (OBJ, OFF, PLY, STL, MSH), or a profile (SVG, CSV) that is turned about an axis."""
-        settings = _carillon.ObjectSettings(length, thickness, unit, any_size)
-        return cls._of(_carillon.shape_from_text(os.fspath(path), settings))
+        return cls._of("shape_from_text", os.fspath(path), _settings(length, thickness, unit, any_size))
 
     @property
     def name(self) -> str:
         return self._shape.name
 
-    def modes(self, material: str | Material | Mapping[str, str | Material], *, pitch_cents: float | str | None = None,
+    def modes(self, material: str | Material | Mapping[str, str | Material], *, pitch_cents: Quantity | None = None,
               min_frequency: Quantity | None = None, max_frequency: Quantity | None = None,
               max_modes: int | None = None, order: int | None = None, element_size: Quantity | None = None,
               max_elements: int | None = None, edge_layers: int | None = None, solver: str | None = None,
@@ -237,23 +279,24 @@ class Object:
         material: a preset's name, constants, or a Material; of an MSH file's physical groups a mapping.
         pitch_cents: refine until the worst mode's estimated error is below it (5 by default, "off").
         The others are the keys of `modes` and `solver` in docs/configuration.md; `solver` is its `kind`.
-        Works without `mpirun`; under it, each process solves its own. Ctrl-C ends it.
+        Works without `mpirun`; under it, each process solves its own. After Ctrl-C the call ends at once and the solve
+        at its next step.
         Raises InputError, SolverError, ResourceError; CarillonWarning where a mesh was doubtful.
         """
-        given = {"pitch_cents": pitch_cents, "min_frequency": min_frequency, "max_frequency": max_frequency,
-                 "max_modes": max_modes, "order": order, "element_size": element_size, "max_elements": max_elements,
-                 "edge_layers": edge_layers, "kind": solver, "eigen_solver": eigen_solver,
-                 "linear_solver": linear_solver, "mirror_planes": mirror_planes, "max_unknowns": max_unknowns,
-                 "memory_limit": memory_limit}
-        known = {key: value for key, value in given.items() if value is not None}
-        settings = {"modes": {key: value for key, value in known.items() if key in _OF_MODES},
-                    "solver": {key: value for key, value in known.items() if key not in _OF_MODES}}
+        of_modes = {"order": order, "element_size": element_size, "max_elements": max_elements,
+                    "edge_layers": edge_layers, "min_frequency": min_frequency, "max_frequency": max_frequency,
+                    "max_modes": max_modes}
+        of_solver = {"pitch_cents": pitch_cents, "kind": solver, "eigen_solver": eigen_solver,
+                     "linear_solver": linear_solver, "mirror_planes": mirror_planes, "max_unknowns": max_unknowns,
+                     "memory_limit": memory_limit}
+        settings = {"modes": arguments.given(of_modes), "solver": arguments.given(of_solver)}
         if isinstance(material, Mapping):
             materials: Any = {group: material_text(value) for group, value in material.items()}
         else:
             materials = material_text(material)
-        with show.arguments_of("modes()"):
-            solved = self._shape.solve(json.dumps(materials), json.dumps(settings, default=show.plain), cache)
+        with arguments.arguments_of("modes()"):
+            solved = self._shape.solve(json.dumps(materials), json.dumps(settings, default=arguments.plain),
+                                       os.fspath(cache))
         show.warn(f"{self.name}: {warning}" for warning in solved.warnings())
         return Modes(solved)
 
@@ -261,7 +304,7 @@ class Object:
         return f"<object {self.name}>"
 
 
-def shape(family: str, *, length: float = 0, profile: numpy.typing.ArrayLike | None = None,
+def shape(family: str, *, length: Quantity = 0, profile: numpy.typing.ArrayLike | None = None,
           any_size: bool = False, **parameters: Quantity) -> Object:
     """A generated body: `shape("bowl", radius=0.07)`; parameters [m] that are left out lie in the middle of their
     ranges (`shapes()` lists them).
@@ -270,13 +313,15 @@ def shape(family: str, *, length: float = 0, profile: numpy.typing.ArrayLike | N
     length: longest side that it is scaled to [m].
     Raises InputError: unknown family or parameter, sizes that contradict each other.
     """
-    settings = _carillon.ObjectSettings(length, 0, "", any_size)
+    settings = _settings(length, 0, "", any_size)
     if profile is not None:
-        return Object._of(_carillon.turned_shape(numpy.asarray(profile, float), settings))
-    values = ",".join(f"{name}={value}" for name, value in parameters.items())
-    return Object._of(_carillon.shape_from_text(f"{family}:{values}" if values else family, settings))
+        return Object._of("turned_shape", arguments.numbers(profile, "profile"), settings)
+    values = ",".join(f"{name}={arguments.quantity_text(value)}" for name, value in parameters.items())
+    return Object._of("shape_from_text", f"{family}:{values}" if values else family, settings)
 
 
 def shapes() -> dict[str, dict[str, Any]]:
     """Families of generated bodies by name: what they are, and their parameters with default ranges [m]."""
-    return {family.pop("name"): family for family in json.loads(_carillon.families())}
+    return {family["name"]: {"description": family["description"],
+                             "parameters": {parameter.pop("name"): parameter for parameter in family["parameters"]}}
+            for family in json.loads(_carillon.families())}

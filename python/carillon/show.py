@@ -1,36 +1,12 @@
 """How results show themselves: tables in notebooks, plots where there is matplotlib."""
 from __future__ import annotations
 
-import contextlib
 import html
-import re
 import warnings
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
-import numpy
-from carillon.errors import CarillonWarning, ConfigError
-
-
-def plain(value: Any) -> Any:
-    """For `json.dumps`: numbers and arrays of NumPy."""
-    if isinstance(value, (numpy.ndarray, numpy.generic)):
-        return value.tolist()
-    if isinstance(value, Sequence):
-        return list(value)
-    raise TypeError(f"{value!r} cannot stand in a configuration")
-
-
-@contextlib.contextmanager
-def arguments_of(call: str) -> Iterator[None]:
-    """Errors of a configuration that stands for arguments speak of those: without lines and columns."""
-    try:
-        yield
-    except ConfigError as error:
-        def plain_words(text: str) -> str:
-            text = re.sub(rf"{re.escape(call)}:\d+:\d+", call, text)
-            return re.sub(rf"^{re.escape(call)}: (?:modes|solver)\.", f"{call}: ", text)
-        raise ConfigError(plain_words(error.message), plain_words(error.hint)) from None
+from carillon.errors import CarillonWarning
 
 
 def warn(texts: Iterable[str]) -> None:
@@ -49,12 +25,12 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]], caption: str, long
     return f"<table><caption>{html.escape(caption)}</caption>{line(head, 'th')}{''.join(shown)}</table>"
 
 
-def axes(given: Any, **how: Any) -> Any:
+def axes(axes: Any, **options: Any) -> Any:
     """Those that were given, or new ones."""
-    if given is not None:
-        return given
+    if axes is not None:
+        return axes
     try:
         from matplotlib import pyplot
     except ImportError as error:
         raise ImportError("plots need matplotlib: python3-matplotlib, or pip install matplotlib") from error
-    return pyplot.figure(layout="constrained").add_subplot(**how)
+    return pyplot.figure(layout="constrained").add_subplot(**options)

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy
 import numpy.typing
-from carillon import _carillon, show
+from carillon import _carillon, arguments, show
+from carillon.arguments import FloatArray, Quantity
+from carillon.errors import InputError
 
 if TYPE_CHECKING:
     from carillon.materials import Material
-    from carillon.objects import Object, Quantity
-
-FloatArray = numpy.typing.NDArray[numpy.float64]
+    from carillon.objects import Object
 
 
 class Sound(numpy.ndarray[Any, numpy.dtype[numpy.float32]]):
@@ -33,6 +33,9 @@ class Sound(numpy.ndarray[Any, numpy.dtype[numpy.float32]]):
         self.rate = getattr(made_from, "rate", numpy.nan)
         self.document = getattr(made_from, "document", {})
 
+    def __array_wrap__(self, array: Any, context: Any = None, return_scalar: bool = False) -> Any:
+        return array[()] if array.ndim == 0 else super().__array_wrap__(array, context)
+
     def __reduce__(self) -> Any:
         return Sound, (numpy.asarray(self), self.rate, self.document)
 
@@ -43,7 +46,10 @@ class Sound(numpy.ndarray[Any, numpy.dtype[numpy.float32]]):
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """A WAV file of 32-bit floats, a channel for each listener."""
-        channels = numpy.ascontiguousarray(numpy.atleast_2d(numpy.asarray(self)).T)
+        if self.ndim not in (1, 2) or not self.rate > 0:
+            raise InputError(f"{list(self.shape)} at {self.rate} Hz is no sound",
+                             "a sound is [samples] or [listeners, samples]: Sound(samples, rate)")
+        channels = numpy.ascontiguousarray(numpy.atleast_2d(numpy.asarray(self, numpy.float32)).T)
         _carillon.write_wav(os.fspath(path), channels, round(self.rate))
 
     def plot(self, axes: Any = None) -> Any:
@@ -64,11 +70,11 @@ class Sound(numpy.ndarray[Any, numpy.dtype[numpy.float32]]):
         return str(Audio(numpy.asarray(self), rate=round(self.rate))._repr_html_())
 
 
-def _rate_of(sound: Any, rate: float | None) -> float:
+def _rate_of(sound: Any, rate: Quantity | None) -> float:
     known = rate if rate is not None else getattr(sound, "rate", None)
     if known is None:
         raise TypeError("the sample rate is missing: give it after the samples")
-    return float(known)
+    return arguments.quantity(known, "frequency", "rate")
 
 
 def _floats(entries: Iterable[Mapping[str, Any]], name: str) -> FloatArray:
@@ -132,11 +138,11 @@ class Features:
         return show.table(["f [Hz]", "+-", "d [1/s]", "+-", "amplitude", "SNR [dB]"], rows, caption)
 
 
-def features(samples: numpy.typing.ArrayLike, rate: float | None = None, *, method: str = "esprit",
+def features(samples: numpy.typing.ArrayLike, rate: Quantity | None = None, *, method: str = "esprit",
              onset: Quantity | None = None, contact_time: Quantity | None = None,
              min_frequency: Quantity | None = None, max_frequency: Quantity | None = None,
-             min_decay_rate: float | None = None, rt60: float | Sequence[float] | None = None,
-             min_level: float | None = None, max_features: int | None = None) -> Features:
+             min_decay_rate: Quantity | None = None, rt60: Quantity | Sequence[Quantity] | None = None,
+             min_level: Quantity | None = None, max_features: int | None = None) -> Features:
     """Modal features of a struck object's sound.
 
     samples: [samples] or [channels, samples], full scale 1; rate: [Hz], of a Sound its own.
@@ -144,17 +150,14 @@ def features(samples: numpy.typing.ArrayLike, rate: float | None = None, *, meth
     125 Hz on.
     Raises InputError: a sample that is not finite, options out of range.
     """
-    rt60_list = None if rt60 is None else [float(t) for t in numpy.atleast_1d(numpy.asarray(rt60))]
-    settings = _settings(method=method, onset=onset, contact_time=contact_time, min_frequency=min_frequency,
-                         max_frequency=max_frequency, min_decay_rate=min_decay_rate, rt60=rt60_list,
-                         min_level=min_level, max_features=max_features)
-    with show.arguments_of("features()"):
-        found = _carillon.features(numpy.asarray(samples), _rate_of(samples, rate), settings)
+    quantities = {"onset": onset, "contact_time": contact_time, "min_frequency": min_frequency,
+                  "max_frequency": max_frequency, "min_decay_rate": min_decay_rate}
+    texts = {name: arguments.quantity_text(value) for name, value in quantities.items() if value is not None}
+    options = arguments.settings(
+        method=method, rt60=arguments.rt60_text(rt60), max_features=max_features,
+        min_level=None if min_level is None else arguments.quantity(min_level, "level", "min_level"), **texts)
+    found = _carillon.features(arguments.samples(samples, "samples"), _rate_of(samples, rate), options)
     return Features._from_json(json.loads(found))
-
-
-def _settings(**given: Any) -> str:
-    return json.dumps({key: value for key, value in given.items() if value is not None}, default=show.plain)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -223,13 +226,16 @@ def fit(*features: Features | tuple[numpy.typing.ArrayLike, numpy.typing.ArrayLi
         if isinstance(source, Features):
             rows = source.document["features"]
         else:
-            pair = [numpy.asarray(values, float).tolist() for values in source]
-            rows = [{"frequency_hz": f, "decay_rate_per_s": d} for f, d in zip(*pair, strict=True)]
+            names = ("frequencies", "decay rates")
+            pair = [arguments.numbers(values, name) for name, values in zip(names, source, strict=True)]
+            if not all(numpy.isfinite(values).all() for values in pair):
+                raise InputError(f"features {i + 1}: a frequency or a decay rate is not finite", "leave it out")
+            rows = [{"frequency_hz": f, "decay_rate_per_s": d} for f, d in zip(*(values.tolist() for values in pair), strict=True)]
         sources.append({"name": f"sound {i + 1}", "features": rows})
     return Fit._from_json(json.loads(_carillon.fit(json.dumps(sources), model, estimator)))
 
 
-@dataclasses.dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True, repr=False)
 class Comparison:
     """Two sounds of one object: errors of modes, loudness and spectra."""
 
@@ -240,7 +246,13 @@ class Comparison:
     jnd: dict[str, dict[str, float | None]]  #: of pitch, decay and level: `mean` and `worst`, weighted
     loudness_fraction: float  #: rms of the difference of specific loudness over the sounds' own
     spectral_distance: float
-    document: dict[str, Any] = dataclasses.field(repr=False)  #: all that `carillon compare --json` prints
+    document: dict[str, Any]  #: all that `carillon compare --json` prints
+
+    def __repr__(self) -> str:
+        pitch = self.jnd["pitch"]["worst"]
+        worst = "" if pitch is None else f", pitch {pitch:.2g} just-noticeable differences at worst"
+        return (f"<{len(self.matched)} modes matched, {len(self.reference_only)} and {len(self.other_only)} not"
+                f"{worst}, loudness {100 * self.loudness_fraction:.2g} % apart>")
 
     def _repr_html_(self) -> str:
         def number(value: float | None) -> str:
@@ -251,9 +263,9 @@ class Comparison:
         return show.table(["", "mean", "worst"], rows, caption)
 
 
-def compare(reference: numpy.typing.ArrayLike, other: numpy.typing.ArrayLike, rate: float | None = None,
-            other_rate: float | None = None, *, loudest_level: float = 80, widest: float = 100,
-            rt60: float | Sequence[float] | None = None) -> Comparison:
+def compare(reference: numpy.typing.ArrayLike, other: numpy.typing.ArrayLike, rate: Quantity | None = None,
+            other_rate: Quantity | None = None, *, loudest_level: Quantity = 80, widest: float = 100,
+            rt60: Quantity | Sequence[Quantity] | None = None) -> Comparison:
     """How different two sounds of one object are to a listener; docs/comparison.md says what the numbers mean.
 
     reference, other: [samples], full scale 1; rates [Hz], of Sounds their own.
@@ -261,10 +273,11 @@ def compare(reference: numpy.typing.ArrayLike, other: numpy.typing.ArrayLike, ra
     than this are not the same [cents].
     """
     first = _rate_of(reference, rate)
-    second = other_rate if other_rate is not None else float(getattr(other, "rate", first))
-    rt60_list = None if rt60 is None else [float(t) for t in numpy.atleast_1d(numpy.asarray(rt60))]
-    document = json.loads(_carillon.compare(numpy.asarray(reference), first, numpy.asarray(other), second,
-                                            loudest_level, widest, _settings(rt60=rt60_list)))
+    second = _rate_of(other, other_rate if other_rate is not None else getattr(other, "rate", first))
+    document = json.loads(_carillon.compare(
+        arguments.samples(reference, "the reference"), first, arguments.samples(other, "the other sound"), second,
+        arguments.quantity(loudest_level, "level", "loudest_level"), float(widest),
+        arguments.settings(rt60=arguments.rt60_text(rt60))))
     nan = float("nan")
     return Comparison(nan if document["level_db"] is None else document["level_db"], document["matched"],
                       document["reference_only"], document["other_only"], document["jnd"],
@@ -272,7 +285,7 @@ def compare(reference: numpy.typing.ArrayLike, other: numpy.typing.ArrayLike, ra
                       document["spectra"]["total"], document)
 
 
-@dataclasses.dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True, repr=False, eq=False)
 class Estimate:
     """What a struck object is made of, by one recording."""
 
@@ -283,7 +296,11 @@ class Estimate:
     parameters: dict[str, float]  #: of the damping
     remarks: list[str]  #: how well it is determined
     resynthesis: Sound  #: the recording made again from the estimate
-    document: dict[str, Any] = dataclasses.field(repr=False)  #: all that `carillon estimate --json` prints
+    document: dict[str, Any]  #: all that `carillon estimate --json` prints
+
+    def __repr__(self) -> str:
+        return (f"<E / density {self.specific_modulus:.5g} m^2/s^2 +- {100 * self.specific_modulus_error:.2g} %, "
+                f"damping {self.model}>")
 
     def _repr_html_(self) -> str:
         rows = [["E / density", f"{self.specific_modulus:.4g} m^2/s^2"]]
@@ -294,29 +311,30 @@ class Estimate:
 
 
 def estimate(samples: numpy.typing.ArrayLike, object: Object, at: Sequence[float] | FloatArray,
-             rate: float | None = None, *, material: str | Material = "", poisson_ratio: float | None = None,
-             density: float | None = None, direction: Sequence[float] | FloatArray | None = None,
-             model: str = "rayleigh", heard: str = "velocity", contact_time: float | None = None,
-             rt60: float | Sequence[float] | None = None, starts: int = 8, seed: int = 1,
-             **modes: Any) -> Estimate:
+             rate: Quantity | None = None, *, material: str | Material = "", poisson_ratio: float | None = None,
+             density: Quantity | None = None, direction: Sequence[float] | FloatArray | None = None,
+             model: str = "rayleigh", heard: str = "velocity", contact_time: Quantity | None = None,
+             onset: Quantity | None = None, rt60: Quantity | Sequence[Quantity] | None = None, starts: int = 8,
+             seed: int = 1, **modes: Any) -> Estimate:
     """The material of a struck object from one recording, its shape and where it was struck.
 
     samples: [samples]; at: point struck [m]; poisson_ratio: of the object, which cannot be heard; density:
-    [kg/m^3], with which Young's modulus follows; heard: velocity, acceleration (microphones) or displacement.
+    [kg/m^3], with which Young's modulus follows; heard: velocity, acceleration (microphones) or displacement;
+    contact_time, onset: [s], None: sought.
     material: an assumed one whose modes are solved and rescaled; further arguments are those of Object.modes.
     Raises InputError: no modes can be heard, no Poisson's ratio.
     """
     from carillon.materials import material_text
-    named = material_text(material)
-    constants = _carillon.assumed_constants(named, poisson_ratio, density)
+    quantities = {"contact_time": contact_time, "onset": onset, "density": density, "poisson_ratio": poisson_ratio}
+    texts = {name: arguments.quantity_text(value) for name, value in quantities.items() if value is not None}
+    options = arguments.settings(model=model, heard=heard, rt60=arguments.rt60_text(rt60), starts=starts, seed=seed,
+                                 **texts)
+    constants = _carillon.assumed_constants(material_text(material), options)
     assumed = ",".join(f"{name}={value!r}" for name, value in constants.items())
-    solved = object.modes(assumed, **modes)
     rate = _rate_of(samples, rate)
-    rt60_list = None if rt60 is None else [float(t) for t in numpy.atleast_1d(numpy.asarray(rt60))]
     text, again = _carillon.estimate(
-        solved._solved, numpy.asarray(samples), rate, numpy.asarray(at, float),
-        None if direction is None else numpy.asarray(direction, float), density, model, heard, contact_time, starts,
-        seed, _settings(rt60=rt60_list))
+        lambda: object.modes(assumed, **modes)._solved, arguments.samples(samples, "the recording"), rate,
+        arguments.numbers(at, "at"), None if direction is None else arguments.numbers(direction, "direction"), options)
     document = json.loads(text)
     parameters = {name: value for name, value in document["parameters"].items() if isinstance(value, (int, float))}
     error = document["specific_modulus_error"]
@@ -325,13 +343,16 @@ def estimate(samples: numpy.typing.ArrayLike, object: Object, at: Sequence[float
                     Sound(again, rate), document)
 
 
-def mel(samples: numpy.typing.ArrayLike, rate: float | None = None, *, bands: int = 64, fft_size: int = 2048,
-        hop: int = 1837, min_frequency: float = 0, max_frequency: float = 0) -> numpy.typing.NDArray[numpy.float32]:
+def mel(samples: numpy.typing.ArrayLike, rate: Quantity | None = None, *, bands: int = 64, fft_size: int = 2048,
+        hop: int = 1837, min_frequency: Quantity = 0,
+        max_frequency: Quantity = 0) -> numpy.typing.NDArray[numpy.float32]:
     """The mel power spectrogram that a dataset's `mel` holds (librosa's definition: Slaney scale and area norm).
 
     samples: [samples] or [n, samples]; max_frequency 0: half the rate.
-    Returns [bands, frames] or [n, bands, frames], power, not normalised.
+    Returns [bands, frames] or [n, bands, frames], power, not normalised. Raises InputError.
     """
-    clips = numpy.asarray(samples)
-    made = _carillon.mel(clips, _rate_of(samples, rate), bands, fft_size, hop, min_frequency, max_frequency)
+    clips = arguments.samples(samples, "samples")
+    low, high = (arguments.quantity(value, "frequency", name) for name, value in
+                 (("min_frequency", min_frequency), ("max_frequency", max_frequency)))
+    made = _carillon.mel(clips, _rate_of(samples, rate), bands, fft_size, hop, low, high)
     return made.squeeze(0) if clips.ndim == 1 else made

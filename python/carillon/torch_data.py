@@ -5,13 +5,15 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy
+import numpy.typing
 import torch
 import torch.utils.data
 from carillon.errors import InputError
 
 if TYPE_CHECKING:
-    import numpy.typing
     from carillon.datasets import Dataset
+
+Which = int | slice | Sequence[int] | numpy.typing.NDArray[Any] | torch.Tensor
 
 
 class Samples(torch.utils.data.Dataset[Any]):
@@ -40,31 +42,44 @@ class Samples(torch.utils.data.Dataset[Any]):
             if dataset[label].type == "text":
                 names, values = numpy.unique(values.astype(str), return_inverse=True)
                 self.classes = names.tolist()
-            self.labels = torch.from_numpy(numpy.ascontiguousarray(values[rows]))
-        #: Rows of the data: the samples' own, or those of their objects.
-        self._places = (numpy.asarray(dataset["shape_index"][:])[rows] if data.startswith("shapes/") else rows
-                        ).astype(numpy.uint64)
+            self.labels = _tensor(values[self._places(label)])
+        self._data_places = self._places(data).astype(numpy.uint64)
+        self._numbers = numpy.arange(len(rows))
+
+    def _places(self, column: str) -> numpy.typing.NDArray[numpy.int64]:
+        """Rows of a column: the samples' own, or those of their objects."""
+        if not column.startswith("shapes/"):
+            return self.rows
+        return numpy.asarray(self.dataset["shape_index"][:])[self.rows].astype(numpy.int64)
 
     def __len__(self) -> int:
         return len(self.rows)
 
     def _read(self, places: numpy.typing.NDArray[numpy.uint64]) -> torch.Tensor:
-        values = torch.from_numpy(self.dataset._column(self.data).read(places))
+        values = _tensor(self.dataset._column(self.data).read(places))
         if self.listener is not None:
             values = values[:, self.listener]
         return values.float() / 32768 if values.dtype == torch.int16 else values
 
-    def __getitem__(self, which: int | Sequence[int]) -> Any:
-        if isinstance(which, int):
-            if not -len(self) <= which < len(self):
-                raise IndexError(which)
-            data = self._read(self._places[which:which + 1] if which >= 0 else self._places[which:][:1])[0]
-            return data if self.labels is None else (data, int(self.labels[which]))
-        numbers = torch.as_tensor(which)
-        data = self._read(self._places[numbers.numpy()])
-        return data if self.labels is None else (data, self.labels[numbers])
+    def __getitem__(self, which: Which) -> Any:
+        numbers = self._numbers[which if isinstance(which, (int, slice)) else numpy.asarray(which)]
+        if numbers.ndim == 0:
+            return self[[int(numbers)]][0] if self.labels is None else self.__getitems__([int(numbers)])[0]
+        data = self._read(self._data_places[numbers])
+        return data if self.labels is None else (data, self.labels[torch.from_numpy(numbers)])
 
     def __getitems__(self, which: Sequence[int]) -> list[Any]:
         """For DataLoaders that fetch many samples in one go."""
         batch = self[which]
-        return list(batch) if self.labels is None else [(data, int(label)) for data, label in zip(*batch)]
+        if self.labels is None:
+            return list(batch)
+        return [(data, label.item() if label.ndim == 0 else label) for data, label in zip(*batch)]
+
+
+def _tensor(values: numpy.typing.NDArray[Any]) -> torch.Tensor:
+    """PyTorch has no unsigned numbers but bytes: these become signed ones of 64 bits."""
+    if values.dtype.kind == "u" and values.dtype.itemsize > 1:
+        if values.size and values.max() > numpy.iinfo(numpy.int64).max:
+            raise InputError(f"{values.max()} is beyond PyTorch's whole numbers", "take another column")
+        values = values.astype(numpy.int64)
+    return torch.from_numpy(numpy.ascontiguousarray(values))

@@ -112,7 +112,7 @@ class Search {
   /// Ends the solve on every rank once the first one's clock has passed the limit; empty where
   /// there is none. Refers to nothing of this search.
   std::function<void()> clock() const {
-    if (options_.time.seconds <= 0) return {};
+    if (!options_.time.is_set()) return {};
     return [comm = comm_, limit = options_.time] {
       int passed = limit.passed() ? 1 : 0;
       MPI_Bcast(&passed, 1, MPI_INT, 0, comm);

@@ -44,6 +44,11 @@ MelOptions checked(MelOptions options) {
   if (options.bands < 1) {
     throw core::InputError(fmt::format("mel: bands must be at least 1, not {}", options.bands));
   }
+  if (options.bands > options.fft_size / 2 + 1) {
+    throw core::InputError(fmt::format("mel: {} bands are more than the {} bins of an FFT of {}",
+                                       options.bands, options.fft_size / 2 + 1, options.fft_size),
+                           "ask for fewer bands or a larger FFT");
+  }
   const double nyquist = options.sample_rate / 2;
   if (options.max_frequency == 0) options.max_frequency = nyquist;
   if (!(options.min_frequency >= 0 && options.min_frequency < options.max_frequency &&

@@ -1,7 +1,9 @@
 """The Python module: the same numbers as the program's, arrays in and out, errors with the same words, Ctrl-C."""
+import copy
 import json
 import os
 import pathlib
+import pickle
 import signal
 import subprocess
 import sys
@@ -93,6 +95,39 @@ class Modes(ModuleTest):
         one, two = (ca.shape("bar").modes(m, **BAND, pitch_cents="off").frequencies[0] for m in (ceramic, heavier))
         self.assertAlmostEqual(one / two, 2 ** 0.5, places=9)
 
+    def test_of_stored_sets_say_what_is_known_of_them(self):
+        modes = ca.shape("bar").modes("steel", **BAND)
+        modes.save(self.folder / "stored.h5")
+        stored = ca.Modes.load(self.folder / "stored.h5", "steel")
+        self.assertEqual(stored.certificate, modes.certificate)
+        self.assertTrue({"mesh", "solver", "timing"}.isdisjoint(stored.document))
+        dataset = ca.build(BARS, output=self.folder / "bars")
+        path = next((self.folder / "bars" / "modes").glob("*.h5"))
+        of_build = ca.Modes.load(path, "steel", group="set-000")
+        self.assertEqual(len(of_build), len(of_build.frequencies))
+        self.assertEqual(dataset.samples, 12)
+
+    def test_and_objects_are_copied_and_pickled(self):
+        for made in (ca.Object(*WEDGE, length=0.2), ca.shape("bar", length=0.1),
+                     ca.shape("turned", profile=[(0, 0), (0.02, 0), (0.02, 0.05), (0, 0.05)])):
+            numpy.testing.assert_array_equal(*(
+                one.modes("glass", max_frequency=1e5, max_modes=3, pitch_cents="off").frequencies
+                for one in (made, pickle.loads(pickle.dumps(made)))))
+        modes = ca.shape("bar").modes("steel", **BAND)
+        for again in (pickle.loads(pickle.dumps(modes)), copy.deepcopy(modes)):
+            numpy.testing.assert_array_equal(again.shapes, modes.shapes)
+            self.assertEqual(again.document, modes.document)
+            self.assertEqual(repr(again), repr(modes))
+            numpy.testing.assert_array_equal(again.strike((0.01, 0, 0)), modes.strike((0.01, 0, 0)))
+
+    def test_take_quantities_with_units(self):
+        numpy.testing.assert_array_equal(*(
+            ca.shape("bar", length=length).modes("steel", **BAND, pitch_cents="off").frequencies
+            for length in (0.12, "12 cm")))
+        self.assertEqual(ca.materials["steel"].replace(density="7.9 g/cm^3").density, 7900)
+        with self.assertRaisesRegex(ca.InputError, "length: .*kg"):
+            ca.shape("bar", length="12 kg")
+
     def test_a_doubtful_mesh_is_warned_of(self):
         vertices = numpy.array(WEDGE[0]) * 1000
         with self.assertRaisesRegex(ca.InputError, "millimetres"):
@@ -150,6 +185,43 @@ class Sounds(ModuleTest):
         self.assertEqual(len(estimate.resynthesis), len(one))
         for result in (features, fit, comparison, estimate):
             self.assertIn("<table>", result._repr_html_())
+
+    def test_keys_of_a_scene_and_arguments_are_one_scene(self):
+        for sound in (self.modes.strike(rate="22.05 kHz"), self.modes.strike(scene={"audio": {"sample_rate": 22050}})):
+            self.assertEqual((sound.rate, len(sound)), (22050, 22050))
+        numpy.testing.assert_array_equal(self.modes.strike(contact_time=0, seed=3),
+                                         self.modes.strike(contact_time="0 s", seed=3))
+        for twice, words in (({"rate": 8000, "scene": {"audio": {"sample_rate": 16000}}}, "sample_rate is an argument"),
+                             ({"room": {"rt60": 1}, "scene": {"room": {"rt60": 2}}}, "room is an argument"),
+                             ({"impulse": 1, "scene": {"strikes": {"impulse": 2}}}, "impulse is an argument"),
+                             ({"striker": {"kind": "wood"}, "contact_time": "1 ms"}, "striker gives")):
+            with self.assertRaisesRegex(ca.InputError, words):
+                self.modes.strike(**twice)
+
+    def test_a_sound_is_an_array_and_keeps_its_rate(self):
+        sound = self.modes.strike(listeners=[(0, 0, 1), (0, 1, 0)])
+        self.assertEqual((sound[0].rate, (2 * sound).rate, sound[:, 100:].rate), (44100, 44100, 44100))
+        for number in (sound.max(), sound.sum(), sound[0, 3], numpy.abs(sound).max()):
+            self.assertIs(type(number), numpy.float32)
+        (sound / numpy.float64(3) + numpy.zeros(sound.shape)).save(self.folder / "third.wav")
+        self.assertEqual((self.folder / "third.wav").read_bytes()[22], 2)  # channels
+        for wrong in (sound[None], ca.Sound(sound, numpy.nan)):
+            with self.assertRaisesRegex(ca.InputError, "is no sound"):
+                wrong.save(self.folder / "wrong.wav")
+
+    def test_whole_numbers_are_parts_of_full_scale(self):
+        sound = self.modes.strike((0.05, 0, 0.03))
+        sound /= numpy.abs(sound).max() / 0.9
+        floats, words = ca.features(sound), ca.features(numpy.round(sound * 32768).astype(numpy.int16), 44100)
+        self.assertAlmostEqual(words.amplitudes.max() / floats.amplitudes.max(), 1, places=2)
+        for wrong in (sound.astype(numpy.int64), sound.astype(complex), ["a"]):
+            with self.assertRaisesRegex(ca.InputError, "samples"):
+                ca.features(wrong, 44100)
+
+    def test_what_is_shown_is_short(self):
+        sound = self.modes.strike((0.05, 0, 0.03))
+        for made in (ca.features(sound), ca.fit(ca.features(sound)), ca.compare(sound, sound), ca.plan(BARS)):
+            self.assertLess(len(repr(made)), 5000, type(made))
 
     def test_mel_is_a_datasets(self):
         spectrogram = ca.mel(self.modes.strike())
@@ -210,6 +282,37 @@ class Errors(ModuleTest):
         with self.assertRaisesRegex(TypeError, "sample rate"):
             ca.features(numpy.zeros(44100))
 
+    def test_arguments_out_of_range_are_errors_that_name_them(self):
+        modes = ca.shape("bar").modes("steel", **BAND, pitch_cents="off")
+        sound = modes.strike((0.01, 0, 0))
+        bar = ca.shape("bar")
+        nan = float("nan")
+        for call, words in (
+                (lambda: ca.estimate(sound, bar, (0, 0, 0), poisson_ratio=0.3, starts=0), "starts: 0"),
+                (lambda: ca.estimate(sound, bar, (0, 0, 0), poisson_ratio=0.3, density="7 m"), "density: "),
+                (lambda: ca.features(numpy.zeros((0, 44100)), 44100), "channels, samples"),
+                (lambda: ca.features(sound, max_features=0), "max_features: 0"),
+                (lambda: ca.features(sound, min_level=3), "min_level: 3"),
+                (lambda: ca.features(sound, method="guess"), "method: there is no guess"),
+                (lambda: ca.features(sound, rt60=[0.4, "1 m"]), "rt60: "),
+                (lambda: ca.mel(numpy.zeros((0, 44100)), 44100), "channels, samples"),
+                (lambda: ca.mel(sound, bands=10**9), "bands"),
+                (lambda: ca.compare(sound, sound, loudest_level=200), "loudest_level"),
+                (lambda: ca.fit(([100, nan], [1, 2])), "not finite"),
+                (lambda: ca.fit(([100, 200], [1, -2])), "feature 1"),
+                (lambda: ca.fit(), "nothing to fit"),
+                (lambda: ca.Object(WEDGE[0], [[0, 1, 2.5]]), "faces must be whole"),
+                (lambda: ca.Object(WEDGE[0], [[True, False, True]]), "faces must be whole"),
+                (lambda: ca.Object(*WEDGE, length=-1), "must not be negative"),
+                (lambda: ca.Object(*WEDGE, thickness=nan), "must not be negative"),
+                (lambda: ca.shape("turned", profile=[(0, 0), (nan, 0), (1, 1)]), "profile: row 1"),
+                (lambda: modes.in_material("steel", size=0), "size of 0"),
+                (lambda: modes.strike(interval="2 m"), "interval: "),
+                (lambda: ca.build(BARS, ranks=0), "0 ranks")):
+            with self.assertRaisesRegex(ca.InputError, words):
+                call()
+        self.assertEqual(ca.mel(numpy.zeros((2, 0)), 44100).shape[:2], (2, 64))
+
 
 class Process(ModuleTest):
     def test_other_threads_go_on_while_modes_are_solved(self):
@@ -229,24 +332,46 @@ class Process(ModuleTest):
         thread.join()
         self.assertGreater(counted, 20 * seconds)
 
-    def test_ctrl_c_ends_a_solve(self):
-        script = ("import carillon as ca, time\n"
+    def interrupted(self, solve, then):
+        """A process that is interrupted two seconds into a solve: what it says of it, and how it ends."""
+        script = ("import carillon as ca\n"
                   "print('begins', flush=True)\n"
                   "try:\n"
-                  "    ca.shape('bowl').modes('ceramic', solver='tetrahedra', order=4, element_size='3 mm', "
-                  "max_elements=10000000, memory_limit='64 GiB')\n"
+                  f"    {solve}\n"
                   "except KeyboardInterrupt:\n"
-                  "    print('interrupted', flush=True)\n")
-        process = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True,
-                                   env={**os.environ, "PYTHONPATH": str(MODULE), "CARILLON_CACHE": ""})
+                  "    print('interrupted', flush=True)\n"
+                  f"{then}\n")
+        process = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                                   text=True, env={**os.environ, "PYTHONPATH": str(MODULE), "CARILLON_CACHE": ""})
+        self.addCleanup(process.kill)
         self.assertEqual(process.stdout.readline(), "begins\n")
         time.sleep(2)
         begin = time.monotonic()
         process.send_signal(signal.SIGINT)
         self.assertEqual(process.stdout.readline(), "interrupted\n")
         self.assertLess(time.monotonic() - begin, 2)
-        process.kill()
-        process.communicate()
+        watch = threading.Timer(120, process.kill)
+        watch.start()
+        self.addCleanup(watch.cancel)
+        said, errors = process.stdout.read(), process.stderr.read()
+        self.assertEqual((process.wait(), errors), (0, ""))
+        process.stdout.close()
+        process.stderr.close()
+        return said, time.monotonic() - begin
+
+    def test_ctrl_c_ends_a_solve_and_the_process_does_not_wait_for_it(self):
+        said, seconds = self.interrupted(
+            "ca.shape('bowl').modes('ceramic', solver='tetrahedra', order=4, element_size='3 mm', "
+            "max_elements=10000000, memory_limit='64 GiB')", "print('ends')")
+        self.assertEqual(said, "ends\n")
+        self.assertLess(seconds, 10)
+
+    def test_after_ctrl_c_the_next_call_works(self):
+        said, _ = self.interrupted(
+            "[ca.shape('bowl', radius=0.07 + i / 1000).modes('ceramic', solver='tetrahedra', order=2, "
+            "element_size='5 mm') for i in range(100)]",
+            "print(len(ca.shape('bar').modes('steel', max_modes=3)))")
+        self.assertEqual(said, "3\n")
 
     def test_importing_starts_no_mpi_and_changes_no_environment(self):
         script = ("import os, signal\n"
@@ -291,6 +416,14 @@ class Builds(ModuleTest):
         self.assertEqual(again.samples, 12)
         with self.assertRaisesRegex(ca.ConfigError, "did you mean"):
             ca.build({**BARS, "audo": {}}, output=self.folder / "none")
+        with self.assertRaisesRegex(ca.InputError, "glas"):
+            ca.build(BARS, output=self.folder / "none", set={"materials": ["glas"]})
+
+    def test_a_build_says_what_it_warns_of_and_texts_are_texts(self):
+        with self.assertWarnsRegex(ca.CarillonWarning, "raise audio.gain"):
+            dataset = ca.build(BARS, output=self.folder / "no",
+                               set={"name": "no", "audio.dtype": "int16", "audio.gain": 1e-12})
+        self.assertEqual(dataset.description["name"], "no")
 
 
 if __name__ == "__main__":
