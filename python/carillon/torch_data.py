@@ -20,7 +20,7 @@ class Samples(torch.utils.data.Dataset[Any]):
     """Pairs (data, label) of some samples.
 
     `samples[3]` is one pair; `samples[[3, 7, 1]]` reads many in one go. 16-bit audio comes as float, 1 at full
-    scale.
+    scale; unsigned numbers come as signed ones of 64 bits, `id` with its bits.
     """
 
     def __init__(self, dataset: Dataset, rows: numpy.typing.NDArray[numpy.int64], label: str | None, data: str,
@@ -64,22 +64,24 @@ class Samples(torch.utils.data.Dataset[Any]):
     def __getitem__(self, which: Which) -> Any:
         numbers = self._numbers[which if isinstance(which, (int, slice)) else numpy.asarray(which)]
         if numbers.ndim == 0:
-            return self[[int(numbers)]][0] if self.labels is None else self.__getitems__([int(numbers)])[0]
+            return self._singles(numbers[None])[0]
         data = self._read(self._data_places[numbers])
         return data if self.labels is None else (data, self.labels[torch.from_numpy(numbers)])
 
     def __getitems__(self, which: Sequence[int]) -> list[Any]:
         """For DataLoaders that fetch many samples in one go."""
-        batch = self[which]
+        return self._singles(self._numbers[numpy.asarray(which)])
+
+    def _singles(self, numbers: numpy.typing.NDArray[numpy.int64]) -> list[Any]:
+        data = list(self._read(self._data_places[numbers]))
         if self.labels is None:
-            return list(batch)
-        return [(data, label.item() if label.ndim == 0 else label) for data, label in zip(*batch)]
+            return data
+        labels = self.labels[torch.from_numpy(numbers)]
+        return list(zip(data, labels.tolist() if labels.ndim == 1 else labels))
 
 
 def _tensor(values: numpy.typing.NDArray[Any]) -> torch.Tensor:
-    """PyTorch has no unsigned numbers but bytes: these become signed ones of 64 bits."""
+    """PyTorch has no unsigned numbers but bytes: these become signed ones of 64 bits, `id` with its bits."""
     if values.dtype.kind == "u" and values.dtype.itemsize > 1:
-        if values.size and values.max() > numpy.iinfo(numpy.int64).max:
-            raise InputError(f"{values.max()} is beyond PyTorch's whole numbers", "take another column")
-        values = values.astype(numpy.int64)
+        values = values.view(numpy.int64) if values.dtype.itemsize == 8 else values.astype(numpy.int64)
     return torch.from_numpy(numpy.ascontiguousarray(values))

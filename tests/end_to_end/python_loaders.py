@@ -100,6 +100,12 @@ class Module(DatasetTest):
             for rows in (slice(None), slice(5, 40, 3), slice(None, None, -1), [7, 3, 3, 30], [], -1, 12,
                          self.columns["material"] == "wood"):
                 numpy.testing.assert_array_equal(column[rows], stored[rows])
+            for axes in ((3, 0), (slice(2, 9), 0), (slice(None), slice(0, 2)) if stored.ndim > 1 else (slice(None),),
+                         ([[1, 2], [5, 0]],), (numpy.array([4, 1]), slice(None)), (Ellipsis, 0), (-1,), ()):
+                if len(axes) <= stored.ndim:
+                    numpy.testing.assert_array_equal(column[axes], stored[axes])
+            numpy.testing.assert_array_equal(column[numpy.array([[1, 2], [5, 0]])], stored[[[1, 2], [5, 0]]])
+            self.assertEqual(type(column[3]), type(stored[3]))
         self.assertEqual(list(self.opened["key"][3:5]), list(self.columns["key"][3:5]))
         for name in ("split_shape", "split_strike"):
             numpy.testing.assert_array_equal(self.opened.rows("train", name.removeprefix("split_")),
@@ -110,13 +116,19 @@ class Module(DatasetTest):
 
     def test_what_is_not_there_is_named(self):
         for call, error, words in ((lambda: self.opened["adio"], KeyError, r"it has \S+.*, audio,"),
-                                   (lambda: self.opened["audio"][10000], IndexError, "rows"),
-                                   (lambda: self.opened["audio"][[0, -10000]], IndexError, "rows"),
+                                   (lambda: self.opened["audio"][10000], IndexError, "10000 is out of bounds"),
+                                   (lambda: self.opened["audio"][[0, -10000]], IndexError, "-10000 is out of bounds"),
+                                   (lambda: self.opened["audio"][[True, False]], IndexError, "boolean index"),
                                    (lambda: self.opened.rows("tests"), ca.InputError, "train, validation, test"),
                                    (lambda: self.opened.rows("test", "room"), ca.InputError, "split of 'room'"),
                                    (lambda: ca.open(self.folder), ca.InputError, "no dataset")):
             with self.assertRaisesRegex(error, words):
                 call()
+
+    def test_a_dataset_stays_where_it_was_when_the_folder_changes(self):
+        with contextlib.chdir(self.folder):
+            opened = ca.open("carillon-demo/smoke")
+        numpy.testing.assert_array_equal(opened["audio"][3], self.columns["audio"][3])
 
     def test_a_table_of_pandas(self):
         try:
@@ -188,6 +200,11 @@ class Lost(DatasetTest):
 
 @unittest.skipIf(ca is None or torch is None, "needs the module, and Debian's python3-torch and python3-soundfile")
 class Torch(DatasetTest):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.opened = ca.open(cls.dataset)
+
     def struck(self, part="train", of="shape", **options):
         return ca.open(self.dataset).torch(part, of=of, **options)
 
@@ -274,6 +291,41 @@ class Torch(DatasetTest):
             self.struck(data="material")
         with self.assertRaisesRegex(ca.InputError, "no listener 3"):
             self.struck(listener=3)
+
+    def test_numbers_as_labels_keep_their_fractions_and_whole_ones_their_digits(self):
+        rows = self.rows("split_shape", "train")
+        by_column = {name: self.opened[name][:] for name in ("impulse", "id", "position")}
+        for name in ("impulse", "id"):
+            samples = self.opened.torch(label=name)
+            self.assertEqual(samples[1][1], by_column[name].view(samples.labels.numpy().dtype)[rows[1]])
+            numpy.testing.assert_array_equal(samples[:][1].numpy().view(by_column[name].dtype), by_column[name][rows])
+        numpy.testing.assert_array_equal(self.opened.torch(label="position")[2][1], by_column["position"][rows[2]])
+        bodies = self.opened.torch(label="shapes/voxels")
+        numpy.testing.assert_array_equal(bodies[3][1], self.voxels[self.columns["shape_index"][rows[3]]])
+
+    def test_any_number_is_an_index(self):
+        samples = self.opened.torch()
+        for three in (numpy.int64(3), torch.tensor(3), numpy.array(3), 3 - len(samples)):
+            self.assertTrue(torch.equal(samples[three][0], samples[3][0]))
+        for some in (slice(2, 5), torch.tensor([2, 3, 4]), numpy.arange(2, 5), range(2, 5)):
+            self.assertTrue(torch.equal(samples[some][0], torch.stack([samples[i][0] for i in (2, 3, 4)])))
+        for wrong in (len(samples), -len(samples) - 1):
+            with self.assertRaises(IndexError):
+                samples[wrong]
+        with self.assertRaises(IndexError):
+            samples[1.5]
+
+    def test_orders_can_be_repeated_and_given(self):
+        def labels(**options):
+            return [x for _, batch in self.opened.loader("train", "id", "mel", batch_size=5, **options)
+                    for x in batch.numpy().view(numpy.uint64)]
+        one, two, other = (labels(generator=torch.Generator().manual_seed(seed)) for seed in (1, 1, 2))
+        self.assertEqual(one, two)
+        self.assertNotEqual(one, other)
+        rows = self.columns["id"][self.rows("split_shape", "train")]
+        self.assertEqual(labels(sampler=[3, 0, 3]), [rows[i] for i in (3, 0, 3)])
+        with self.assertRaisesRegex(ca.InputError, "both give the order"):
+            self.opened.loader(sampler=[0], shuffle=True)
 
     def test_other_columns(self):
         data = self.struck("test", label="shape", data="mel")
