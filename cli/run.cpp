@@ -135,7 +135,9 @@ void describe(Program& program, Context& context, const LearningCommands& learni
       "or a pitch target was not met, 130 interrupted (run again to go on), 152 a task did not "
       "heed "
       "its\n"
-      "limit of time (run again to go on without it).\n"
+      "limit of time (run again to go on without it). With --json a failure is\n"
+      "{\"error\": {\"kind\", \"message\", \"hint\"}} on standard output, beside its words on standard "
+      "error.\n"
       "Guide: docs/guide.md");
 }
 

@@ -6,31 +6,13 @@ import subprocess
 import sys
 import unittest
 
-from program import CARILLON, FolderTest, run, run_json
+from installed import BUILD, InstalledTest
+from program import run, run_json
 
-BUILD = pathlib.Path(CARILLON).parent
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
 
 
-class Installed(FolderTest):
-    @classmethod
-    def setUpClass(cls):
-        super().setUpClass()
-        cls.prefix = cls.folder / "installed"
-        for component in ("carillon", "carillon-learn", "python3-carillon"):
-            subprocess.run(["cmake", "--install", BUILD, "--prefix", cls.prefix, "--component", component],
-                           capture_output=True, check=True)
-        [cls.modules] = (path.parent for path in cls.prefix.rglob("carillon/__init__.py"))
-        cls.modules = cls.modules.parent
-
-    def python(self, *words, modules=None):
-        """What a program prints that has nothing but the installed module; no carillon is in its PATH."""
-        environment = {name: value for name, value in os.environ.items() if name != "CARILLON"}
-        done = subprocess.run([sys.executable, *map(str, words)], cwd=self.folder, capture_output=True, text=True,
-                              env={**environment, "PYTHONPATH": str(modules or self.modules)})
-        self.assertEqual((done.returncode, done.stderr), (0, ""))
-        return done.stdout
-
+class Installed(InstalledTest):
     def example(self, name, *words):
         return self.python(SOURCE / "examples" / "python" / f"{name}.py", *words)
 
