@@ -136,7 +136,8 @@ void describe(Program& program, Context& context, const LearningCommands& learni
       "heed "
       "its\n"
       "limit of time (run again to go on without it). With --json a failure is\n"
-      "{\"error\": {\"kind\", \"message\", \"hint\"}} on standard output, beside its words on standard "
+      "{\"error\": {\"kind\", \"message\", \"hint\"}} on standard output, beside its words on "
+      "standard "
       "error.\n"
       "Guide: docs/guide.md");
 }

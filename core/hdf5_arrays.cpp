@@ -218,17 +218,7 @@ void Hdf5Group::write_virtual(const std::string& name, const std::filesystem::pa
       const;                                                                                    \
   template void Hdf5Group::write_rows<T>(const std::string&, std::uint64_t, std::span<const T>) \
       const
-CARILLON_HDF5_ELEMENT(float);
-CARILLON_HDF5_ELEMENT(double);
-CARILLON_HDF5_ELEMENT(std::int8_t);
-CARILLON_HDF5_ELEMENT(std::int16_t);
-CARILLON_HDF5_ELEMENT(std::int32_t);
-CARILLON_HDF5_ELEMENT(std::int64_t);
-CARILLON_HDF5_ELEMENT(std::uint8_t);
-CARILLON_HDF5_ELEMENT(std::uint16_t);
-CARILLON_HDF5_ELEMENT(std::uint32_t);
-CARILLON_HDF5_ELEMENT(std::uint64_t);
-CARILLON_HDF5_ELEMENT(std::string);
+CARILLON_FOR_EACH_ELEMENT(CARILLON_HDF5_ELEMENT);
 #undef CARILLON_HDF5_ELEMENT
 
 }  // namespace carillon::core

@@ -306,17 +306,7 @@ std::vector<T> Hdf5Group::read_rows(const std::string& name, std::uint64_t first
   template std::vector<T> Hdf5Group::read<T>(const std::string&) const;                \
   template std::vector<T> Hdf5Group::read_rows<T>(const std::string&, std::uint64_t,   \
                                                   std::uint64_t) const
-CARILLON_HDF5_ELEMENT(float);
-CARILLON_HDF5_ELEMENT(double);
-CARILLON_HDF5_ELEMENT(std::int8_t);
-CARILLON_HDF5_ELEMENT(std::int16_t);
-CARILLON_HDF5_ELEMENT(std::int32_t);
-CARILLON_HDF5_ELEMENT(std::int64_t);
-CARILLON_HDF5_ELEMENT(std::uint8_t);
-CARILLON_HDF5_ELEMENT(std::uint16_t);
-CARILLON_HDF5_ELEMENT(std::uint32_t);
-CARILLON_HDF5_ELEMENT(std::uint64_t);
-CARILLON_HDF5_ELEMENT(std::string);
+CARILLON_FOR_EACH_ELEMENT(CARILLON_HDF5_ELEMENT);
 #undef CARILLON_HDF5_ELEMENT
 
 }  // namespace carillon::core

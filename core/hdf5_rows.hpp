@@ -13,8 +13,8 @@ namespace carillon::core {
 /// Rows of an array, in any order, for whoever reads many of them: what they lie in is opened once.
 /// Those of a virtual dataset are read from the files that it joins, opened when first needed; some
 /// hundred of them, the last ones used, stay open, and where chunks lie is kept of all. A file that
-/// is not there, or not whole, is an error with its name; HDF5 itself would hand out fill values for
-/// its rows.
+/// is not there, or not whole, is an error with its name; HDF5 itself would hand out fill values
+/// for its rows.
 class Hdf5Rows {
  public:
   /// @throws FileError  no such array, or a single value

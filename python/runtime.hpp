@@ -41,8 +41,8 @@ std::timed_mutex& turn();
 /// @throws py::error_already_set  KeyboardInterrupt
 std::unique_lock<std::timed_mutex> wait_for_turn();
 
-/// MPI and PETSc, started when modes or a plan are first asked for and ended when Python ends. MPI that runs
-/// already (mpi4py's) is used as it is. For the thread that calls, before work begins.
+/// MPI and PETSc, started when modes or a plan are first asked for and ended when Python ends. MPI
+/// that runs already (mpi4py's) is used as it is. For the thread that calls, before work begins.
 void start_solver();
 
 /// What the library has warned of since the last call.

@@ -132,10 +132,10 @@ std::string fit(const std::string& sources, const std::string& model,
 std::string compare(const Samples& reference, double reference_rate, const Samples& other,
                     double other_rate, double loudest_level, double widest,
                     const std::string& settings) {
-  eval::perception::SoundComparisonOptions how;
-  how.loudest_level = loudest_level;
-  how.modes.widest = widest;
-  return interruptible([how, options = feature_options(settings),
+  eval::perception::SoundComparisonOptions comparison;
+  comparison.loudest_level = loudest_level;
+  comparison.modes.widest = widest;
+  return interruptible([comparison, options = feature_options(settings),
                         one = channel_of(reference, "the reference"), reference_rate,
                         two = channel_of(other, "the other sound"), other_rate](const Waiting&) {
     const auto hear = [&](const std::vector<double>& samples, double rate) {
@@ -144,7 +144,8 @@ std::string compare(const Samples& reference, double reference_rate, const Sampl
     };
     eval::perception::ComparedFiles compared{
         "reference", "other", hear(one, reference_rate), hear(two, other_rate), {}};
-    compared.comparison = eval::perception::compare_sounds(compared.reference, compared.other, how);
+    compared.comparison =
+        eval::perception::compare_sounds(compared.reference, compared.other, comparison);
     return eval::perception::to_json(compared).dump();
   });
 }

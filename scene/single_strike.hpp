@@ -50,8 +50,8 @@ StruckSound strike_once(const Scene& scene, const std::string& shape, const Solv
                         const SingleStrike& strike, const std::filesystem::path& cache);
 
 /// `modes, modes_above_nyquist, unit, sample_rate_hz, peak, position_m, normal, direction,
-/// impulse_ns, contact_time_s`, every effect of the `scene`, the `effects` that ran and the `record` of what
-/// was drawn.
+/// impulse_ns, contact_time_s`, every effect of the `scene`, the `effects` that ran and the
+/// `record` of what was drawn.
 nlohmann::json to_json(const StruckSound& struck, const Scene& scene);
 
 }  // namespace carillon::scene

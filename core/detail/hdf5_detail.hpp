@@ -149,3 +149,17 @@ Hdf5Object memory_type() {
 }
 
 }  // namespace carillon::core::hdf5
+
+/// Templates of what arrays may hold are instantiated for each of these.
+#define CARILLON_FOR_EACH_ELEMENT(instantiate) \
+  instantiate(float);                          \
+  instantiate(double);                         \
+  instantiate(std::int8_t);                    \
+  instantiate(std::int16_t);                   \
+  instantiate(std::int32_t);                   \
+  instantiate(std::int64_t);                   \
+  instantiate(std::uint8_t);                   \
+  instantiate(std::uint16_t);                  \
+  instantiate(std::uint32_t);                  \
+  instantiate(std::uint64_t);                  \
+  instantiate(std::string)

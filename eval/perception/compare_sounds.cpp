@@ -23,7 +23,7 @@ std::vector<double> ringing(const HeardSound& sound, double rate) {
   if (!(own > 0)) throw core::InputError("the sample rate must be positive");
   const auto place = [&](double time) {
     return std::min(sound.samples.size(),
-                    static_cast<std::size_t>(std::max(0.0, time) * own + 0.5));
+                    static_cast<std::size_t>(std::lround(std::max(0.0, time) * own)));
   };
   const std::size_t begin = place(sound.set.onset);
   const std::size_t end = sound.set.nothing.empty() ? place(sound.set.end) : sound.samples.size();

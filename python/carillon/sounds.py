@@ -230,7 +230,9 @@ def fit(*features: Features | tuple[numpy.typing.ArrayLike, numpy.typing.ArrayLi
             pair = [arguments.numbers(values, name) for name, values in zip(names, source, strict=True)]
             if not all(numpy.isfinite(values).all() for values in pair):
                 raise InputError(f"features {i + 1}: a frequency or a decay rate is not finite", "leave it out")
-            rows = [{"frequency_hz": f, "decay_rate_per_s": d} for f, d in zip(*(values.tolist() for values in pair), strict=True)]
+            frequencies, decay_rates = (values.tolist() for values in pair)
+            rows = [{"frequency_hz": f, "decay_rate_per_s": d}
+                    for f, d in zip(frequencies, decay_rates, strict=True)]
         sources.append({"name": f"sound {i + 1}", "features": rows})
     return Fit._from_json(json.loads(_carillon.fit(json.dumps(sources), model, estimator)))
 

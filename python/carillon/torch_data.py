@@ -77,7 +77,8 @@ class Samples(torch.utils.data.Dataset[Any]):
         if self.labels is None:
             return data
         labels = self.labels[torch.from_numpy(numbers)]
-        return list(zip(data, labels.tolist() if labels.ndim == 1 else labels))
+        single: list[Any] = labels.tolist() if labels.ndim == 1 else list(labels)
+        return list(zip(data, single))
 
 
 def _tensor(values: numpy.typing.NDArray[Any]) -> torch.Tensor:

@@ -231,6 +231,18 @@ class Errors(FolderTest):
         self.assertIn(text, result.stderr + result.stdout)
         self.assertNotIn("terminate", result.stderr)
 
+    def test_with_json_are_one_document_too(self):
+        for ranks in (None, 2):
+            result = run("--json", "modes", "bar", "-m", "stel", ranks=ranks)
+            self.assertEqual(result.returncode, 2)
+            error = json.loads(result.stdout)["error"]
+            self.assertEqual(error["kind"], "InputError")
+            self.assertIn("stel", error["message"])
+            self.assertIn("steel", error["hint"])
+            self.assertIn(f"carillon: {error['message']}\n  hint: {error['hint']}\n", result.stderr)
+        missing = json.loads(run("--json", "features", "missing.wav").stdout)["error"]
+        self.assertEqual((missing["kind"], "missing.wav" in missing["message"]), ("FileError", True))
+
     def test_units_are_suggested(self):
         header, corners, faces = CUBE[:10], CUBE[10:-60], CUBE[-60:]
         mesh = self.write("mm.off", header + corners.replace("1", "120") + faces)

@@ -218,6 +218,31 @@ TEST(Group, ATimeLimitReachesAllInTheMiddleOfASolve) {
   EXPECT_GT(solve(mesh, MPI_COMM_WORLD, solvers::modes::LinearSolver::direct).size(), 0u);
 }
 
+TEST(Group, WhatNobodyWaitsForEndsInTheMiddleOfASolve) {
+  solvers::eigen::SolveOptions options;
+  options.band = {20, 120000, 20};
+  options.estimate_errors = false;
+  const auto mesh = block();
+  const std::vector<solvers::elements::Elastic> regions(mesh.region_names.size(), test::steel);
+  bool began = false, ended = false;
+  options.time.work = "the solve";
+  options.time.given_up = [&] { return began; };
+  solvers::eigen::SearchMethods methods;
+  methods.lowest = [&](const solvers::assembly::System& system,
+                       const solvers::eigen::EigenRequest& request,
+                       const solvers::eigen::ShiftedSystem& shifted, MPI_Comm comm) {
+    began = true;
+    auto pairs = solvers::eigen::lowest_pairs(system, request, shifted, comm);
+    ended = true;
+    return pairs;
+  };
+  core::Trace trace;
+  const auto message = error_of<core::TimeError>(
+      [&] { solvers::eigen::solve_modes(mesh, regions, options, MPI_COMM_WORLD, trace, methods); });
+  EXPECT_TRUE(on_all_ranks(message == "the solve was interrupted")) << message;
+  EXPECT_TRUE(on_all_ranks(began && !ended));
+}
+
 /// One rank runs out of memory in earnest: its address space is limited to little more than it has.
 TEST(Group, OneRankOutOfMemoryReachesAll) {
   if (core::address_sanitizer) GTEST_SKIP() << "AddressSanitizer knows no limits of memory";
