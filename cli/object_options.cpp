@@ -227,13 +227,11 @@ scene::Object named_object(const ObjectOptions& options) {
                                              {options.profile_axis, options.profile_id, length});
   object.file.any_size = options.any_size;
   if (!options.first_axis.empty() || !options.second_axis.empty()) {
-    const auto axis = [](const std::string& text, const Vec3& otherwise) {
-      return text.empty() ? otherwise : parse_position(text);
+    const auto axis = [](const std::string& text) {
+      return text.empty() ? std::optional<Vec3>() : parse_position(text);
     };
-    const Vec3 first = axis(options.first_axis, Vec3::UnitX());
-    const bool along_y = first.cross(Vec3::UnitY()).norm() < 1e-3 * first.norm();
-    object.material_axes = scene::material_axes(
-        first, axis(options.second_axis, along_y ? Vec3::UnitZ() : Vec3::UnitY()));
+    object.material_axes =
+        scene::material_axes(axis(options.first_axis), axis(options.second_axis));
   }
   if (object.family.empty()) {
     refuse_idle(options);

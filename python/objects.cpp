@@ -2,10 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <tuple>
 
 #include "core/error.hpp"
 #include "core/files.hpp"
@@ -27,21 +27,6 @@ namespace {
 using core::InputError;
 using nlohmann::json;
 
-/// What may be said of an object beside its shape, as scene::Object::file.
-struct ObjectSettings {
-  double length = 0, thickness = 0;  ///< [m]
-  std::string unit;
-  bool any_size = false;
-
-  /// Of a Python tuple (length, thickness, unit, any_size).
-  explicit ObjectSettings(const std::tuple<double, double, std::string, bool>& values)
-      : length(std::get<0>(values)),
-        thickness(std::get<1>(values)),
-        unit(std::get<2>(values)),
-        any_size(std::get<3>(values)) {}
-};
-using SettingsTuple = std::tuple<double, double, std::string, bool>;
-
 /// A shape that has not been solved, and the name that messages call it.
 struct Shape {
   std::string name;
@@ -49,28 +34,41 @@ struct Shape {
   solvers::mesh::SurfaceMesh surface{};  ///< of one that came as arrays
 };
 
-void apply(const ObjectSettings& settings, scene::Object& object) {
-  if (!(settings.length >= 0) || !(settings.thickness >= 0)) {
+/// Takes what may be said of an object beside its shape: `length`, `thickness` [m], `unit`,
+/// `any_size`, `first_axis` and `second_axis`.
+void apply(const std::string& settings, scene::Object& object) {
+  const json given = json::parse(settings);
+  object.file.length = given.value("length", 0.0);
+  object.file.thickness = given.value("thickness", 0.0);
+  object.file.any_size = given.value("any_size", false);
+  const std::string unit = given.value("unit", "");
+  if (object.file.length < 0 || object.file.thickness < 0) {
     throw InputError("length and thickness must not be negative", "leave out what is not known");
   }
   const bool generated = !object.family.empty();
-  if (generated && (!settings.unit.empty() || settings.thickness > 0)) {
+  if (generated && (!unit.empty() || object.file.thickness > 0)) {
     throw InputError(fmt::format("{} is generated: unit and thickness do not apply", object.family),
                      "they are of files and arrays");
   }
-  object.file.length = settings.length;
-  object.file.thickness = settings.thickness;
-  object.file.any_size = settings.any_size;
-  if (!settings.unit.empty()) object.file.unit = core::parse_unit_of_length(settings.unit);
+  if (!unit.empty()) object.file.unit = core::parse_unit_of_length(unit);
+  const auto axis = [&](const char* name) -> std::optional<Vec3> {
+    if (!given.contains(name)) return std::nullopt;
+    const auto values = given.at(name).get<std::array<double, 3>>();
+    return Vec3(values[0], values[1], values[2]);
+  };
+  object.material_axes = scene::material_axes(axis("first_axis"), axis("second_axis"));
 }
 
-Shape shape_from_text(const std::string& text, const SettingsTuple& settings) {
-  Shape shape{text, scene::parse_object(text, "")};
-  apply(ObjectSettings(settings), shape.object);
+Shape shape_from_text(const std::string& text, const std::string& settings) {
+  const json given = json::parse(settings);
+  const scene::ProfileOptions profile{given.value("profile_axis", ""),
+                                      given.value("profile_id", ""), given.value("length", 0.0)};
+  Shape shape{text, scene::parse_object(text, "", profile)};
+  apply(settings, shape.object);
   return shape;
 }
 
-Shape turned_shape(const Triples& profile, const SettingsTuple& settings) {
+Shape turned_shape(const Triples& profile, const std::string& settings) {
   if (profile.ndim() != 2 || profile.shape(1) != 2 || profile.shape(0) < 3) {
     throw InputError(
         "a profile is an array of at least three points (radius, height), [n, 2] in m");
@@ -84,18 +82,18 @@ Shape turned_shape(const Triples& profile, const SettingsTuple& settings) {
     }
     shape.object.profile.push_back({points(i, 0), points(i, 1)});
   }
-  apply(ObjectSettings(settings), shape.object);
+  apply(settings, shape.object);
   return shape;
 }
 
 Shape shape_from_arrays(
     const Triples& vertices,
     const py::array_t<std::int64_t, py::array::c_style | py::array::forcecast>& faces,
-    const std::string& name, const SettingsTuple& settings) {
+    const std::string& name, const std::string& settings) {
   Shape shape{name, {}};
   shape.object.name = name;
   shape.object.pattern = name;
-  apply(ObjectSettings(settings), shape.object);
+  apply(settings, shape.object);
   shape.surface.vertices = vectors_of(vertices, "vertices");
   if (faces.ndim() != 2 || faces.shape(1) != 3 || faces.shape(0) == 0) {
     throw InputError("faces are triangles: an array of indices, [count, 3]");
@@ -276,7 +274,6 @@ Vec3 vector_of(const Triples& array, const std::string& what) {
 void bind_objects(py::module_& module) {
   py::class_<Shape>(module, "Shape")
       .def_readonly("name", &Shape::name)
-      .def_property_readonly("family", [](const Shape& shape) { return shape.object.family; })
       .def("solve", &solve, py::arg("materials"), py::arg("settings"), py::arg("cache"));
   module.def("shape_from_text", &shape_from_text);
   module.def("shape_from_arrays", &shape_from_arrays);

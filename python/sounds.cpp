@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -15,6 +16,7 @@
 #include "eval/material/estimate_report.hpp"
 #include "eval/perception/compare_report.hpp"
 #include "python/objects.hpp"
+#include "scene/material_json.hpp"
 #include "scene/single_strike.hpp"
 #include "synth/signal/mel.hpp"
 
@@ -52,26 +54,36 @@ std::vector<std::vector<double>> channels_of(const Samples& samples, const std::
   return channels;
 }
 
-/// Arguments of Python by name, as `carillon features` has them as options.
-FeatureArguments feature_arguments(const json& given) {
+/// Takes arguments of Python by name where they were given.
+class Given {
+ public:
+  explicit Given(const std::string& text) : values_(json::parse(text)) {}
+  template <class T>
+  void read(const char* name, T& value) const {
+    if (const auto found = values_.find(name); found != values_.end()) found->get_to(value);
+  }
+
+ private:
+  json values_;
+};
+
+/// As `carillon features` has them as options.
+FeatureArguments feature_arguments(const Given& given) {
   FeatureArguments arguments;
-  const auto read = [&](const char* name, auto& value) {
-    if (given.contains(name)) given.at(name).get_to(value);
-  };
-  read("method", arguments.method);
-  read("onset", arguments.onset);
-  read("contact_time", arguments.contact_time);
-  read("min_frequency", arguments.min_frequency);
-  read("max_frequency", arguments.max_frequency);
-  read("min_decay_rate", arguments.min_decay_rate);
-  read("rt60", arguments.rt60);
-  read("min_level", arguments.min_level);
-  read("max_features", arguments.max_features);
+  given.read("method", arguments.method);
+  given.read("onset", arguments.onset);
+  given.read("contact_time", arguments.contact_time);
+  given.read("min_frequency", arguments.min_frequency);
+  given.read("max_frequency", arguments.max_frequency);
+  given.read("min_decay_rate", arguments.min_decay_rate);
+  given.read("rt60", arguments.rt60);
+  given.read("min_level", arguments.min_level);
+  given.read("max_features", arguments.max_features);
   return arguments;
 }
 
 eval::features::FeatureOptions feature_options(const std::string& given) {
-  return eval::features::feature_options(feature_arguments(json::parse(given)));
+  return eval::features::feature_options(feature_arguments(Given(given)));
 }
 
 std::string features(const Samples& samples, double rate, const std::string& settings) {
@@ -179,34 +191,25 @@ py::tuple strike(const SolvedPointer& solved, const std::string& configuration,
   return py::make_tuple(array_of(std::move(made.audio), {rows, samples}), made.description);
 }
 
-/// Arguments of Python by name, as `carillon estimate` has them as options.
+/// As `carillon estimate` has them as options.
 eval::material::EstimateArguments estimate_arguments(const std::string& text) {
-  const json given = json::parse(text);
+  const Given given(text);
   eval::material::EstimateArguments arguments;
-  const auto read = [&](const char* name, auto& value) {
-    if (given.contains(name)) given.at(name).get_to(value);
-  };
-  read("model", arguments.model);
-  read("heard", arguments.heard);
-  read("contact_time", arguments.contact_time);
-  read("poisson_ratio", arguments.poisson_ratio);
-  read("density", arguments.density);
-  read("onset", arguments.onset);
-  read("rt60", arguments.rt60);
-  read("starts", arguments.starts);
-  read("seed", arguments.seed);
+  given.read("model", arguments.model);
+  given.read("heard", arguments.heard);
+  given.read("contact_time", arguments.contact_time);
+  given.read("poisson_ratio", arguments.poisson_ratio);
+  given.read("density", arguments.density);
+  given.read("onset", arguments.onset);
+  given.read("rt60", arguments.rt60);
+  given.read("starts", arguments.starts);
+  given.read("seed", arguments.seed);
   return arguments;
 }
 
-/// What the object is solved in, as {youngs_modulus, poisson_ratio, density}.
-py::dict assumed_constants(const std::string& named, const std::string& given) {
-  const solvers::elements::Elastic elastic =
-      eval::material::assumed_material(named, estimate_arguments(given)).elastic;
-  py::dict constants;
-  constants["youngs_modulus"] = elastic.youngs_modulus;
-  constants["poisson_ratio"] = elastic.poisson_ratio;
-  constants["density"] = elastic.density;
-  return constants;
+/// What the object is solved in, as `carillon list materials --json` has materials.
+std::string assumed_material(const std::string& named, const std::string& given) {
+  return scene::to_json(eval::material::assumed_material(named, estimate_arguments(given))).dump();
 }
 
 /// Solves the object once what was heard and where it was struck are known to be usable.
@@ -257,6 +260,11 @@ py::array_t<float> mel(const Samples& samples, double rate, int bands, int fft_s
                                           .min_frequency = min_frequency,
                                           .max_frequency = max_frequency};
   auto rows = channels_of(samples, "samples");
+  for (const std::vector<double>& row : rows) {
+    if (!std::all_of(row.begin(), row.end(), [](double x) { return std::isfinite(x); })) {
+      throw InputError("samples: one of them is not finite");
+    }
+  }
   const auto count = static_cast<py::ssize_t>(rows.size());
   std::vector<float> values = interruptible([rows = std::move(rows), options](const Waiting&) {
     const synth::signal::MelSpectrogram spectrogram(options);
@@ -286,7 +294,7 @@ void bind_sounds(py::module_& module) {
   module.def("fit", &fit);
   module.def("compare", &compare);
   module.def("strike", &strike);
-  module.def("assumed_constants", &assumed_constants);
+  module.def("assumed_material", &assumed_material);
   module.def("estimate", &estimate);
   module.def("mel", &mel);
 }

@@ -237,7 +237,11 @@ solvers::mesh::MeshRequest mesh_request(const Object& object) {
   return request;
 }
 
-Eigen::Matrix3d material_axes(const Vec3& first, const Vec3& second) {
+Eigen::Matrix3d material_axes(const std::optional<Vec3>& given_first,
+                              const std::optional<Vec3>& given_second) {
+  const Vec3 first = given_first.value_or(Vec3::UnitX());
+  const bool along_y = first.cross(Vec3::UnitY()).norm() < 1e-3 * first.norm();
+  const Vec3 second = given_second.value_or(along_y ? Vec3::UnitZ() : Vec3::UnitY());
   const Vec3 third = first.cross(second);
   if (!first.allFinite() || !second.allFinite() ||
       !(third.norm() > 1e-9 * first.norm() * second.norm()))

@@ -72,9 +72,10 @@ Object parse_object(const std::string& shape, const std::string& material,
 solvers::mesh::MeshRequest mesh_request(const Object& object);
 
 /// Axes of a material in an object, as columns of a rotation.
-/// @param first, second  along its first axis, and in the plane of the first two
+/// @param first   along its first axis; none: x
+/// @param second  in the plane of the first two; none: y, or z where the first one is y
 /// @throws InputError  they have no length or lie along each other
-Eigen::Matrix3d material_axes(const Vec3& first, const Vec3& second);
+Eigen::Matrix3d material_axes(const std::optional<Vec3>& first, const std::optional<Vec3>& second);
 
 /// A material by its name, turned as it lies in an object.
 /// @throws InputError  an unknown material

@@ -34,24 +34,23 @@ void check(std::span<const double> samples, double sample_rate, const FeatureOpt
                        "cut the recording there, or export it again");
     }
   }
-  if (!(options.contact_time >= 0 && options.contact_time < longest) ||
-      !(options.min_frequency > 0) || !(options.max_frequency > options.min_frequency) ||
-      !(options.min_decay_rate >= 0)) {
-    throw InputError("feature options out of range",
-                     "contact time (up to 1e6 s) and least decay rate not negative, frequencies "
-                     "positive and ascending");
-  }
+  const auto require = [](bool holds, const char* text) {
+    if (!holds) throw InputError(text);
+  };
+  const auto is_time = [](double time) { return time >= 0 && time < longest; };
+  require(is_time(options.contact_time), "contact_time must be from 0 to 1e6 s");
+  require(options.min_decay_rate >= 0, "min_decay_rate must not be negative");
+  require(options.min_frequency > 0, "min_frequency must be positive");
+  require(options.max_frequency > options.min_frequency,
+          "max_frequency must lie above min_frequency");
+  require(!options.onset || is_time(*options.onset), "the onset must be from 0 to 1e6 s");
+  require(std::all_of(options.rt60.begin(), options.rt60.end(), is_time),
+          "reverberation times (rt60) must be from 0 to 1e6 s");
   if (options.min_frequency > highest_frequency * sample_rate) {
     throw InputError(
         fmt::format("no mode can lie above {:g} Hz in a recording of {:g} Hz",
                     options.min_frequency, sample_rate),
         fmt::format("a least frequency below {:g} Hz", highest_frequency * sample_rate));
-  }
-  const bool rooms = std::all_of(options.rt60.begin(), options.rt60.end(),
-                                 [](double time) { return time >= 0 && time < longest; });
-  if ((options.onset && !(*options.onset >= 0 && *options.onset < longest)) || !rooms) {
-    throw InputError("feature options out of range",
-                     "an onset must not be negative, neither must reverberation times");
   }
 }
 

@@ -3,6 +3,9 @@ from __future__ import annotations
 
 import contextlib
 import json
+import math
+import operator
+import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
@@ -10,7 +13,7 @@ from typing import Any
 import numpy
 import numpy.typing
 from carillon import _carillon
-from carillon.errors import ConfigError, InputError
+from carillon.errors import InputError
 
 FloatArray = numpy.typing.NDArray[numpy.float64]
 Quantity = float | str  #: a number in SI units, or a text with its unit: "5 mm"
@@ -23,7 +26,48 @@ def quantity(value: Quantity, dimension: str, name: str) -> float:
     """A number in SI units. Raises InputError, which names the argument."""
     if isinstance(value, str):
         return _carillon.quantity(value, dimension, name)
-    return float(value)
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise InputError(f"{name} must be a number or a text with its unit, not {value!r}") from None
+    if not math.isfinite(number):
+        raise InputError(f"{name} is {number}")
+    return number
+
+
+def whole(value: Any, name: str, low: int, high: int) -> int:
+    """A whole number within bounds. Raises InputError, which names the argument."""
+    try:
+        number = operator.index(value)
+    except TypeError:
+        raise InputError(f"{name} must be a whole number, not {value!r}") from None
+    if not low <= number <= high:
+        raise InputError(f"{name}: {number} lies outside {low} to {high}")
+    return number
+
+
+def word(value: Any, name: str) -> str:
+    """A text. Raises InputError, which names the argument."""
+    if not isinstance(value, str):
+        raise InputError(f"{name} must be a text, not {value!r}")
+    return value
+
+
+def mapping(value: Any, name: str) -> Mapping[str, Any]:
+    """Keys and values; None: none. Raises InputError, which names the argument."""
+    if value is None:
+        return {}
+    if not isinstance(value, Mapping):
+        raise InputError(f"{name} must be a mapping of keys, not {value!r}")
+    return value
+
+
+def point(value: Any, name: str) -> list[float]:
+    """x, y, z [m]. Raises InputError, which names the argument."""
+    entries = list(value) if numpy.ndim(value) == 1 or isinstance(value, (list, tuple)) else []
+    if len(entries) != 3:
+        raise InputError(f"{name} must be three numbers x, y, z [m], not {value!r}")
+    return [quantity(entry, "length", name) for entry in entries]
 
 
 def quantity_text(value: Quantity) -> str:
@@ -51,7 +95,7 @@ def indices(values: numpy.typing.ArrayLike, name: str) -> numpy.typing.NDArray[n
     """Whole numbers. Raises InputError, which names the argument."""
     array = numpy.asarray(values)
     if array.dtype.kind not in "fiu" or (array.dtype.kind == "f" and (array != numpy.rint(array)).any()):
-        raise InputError(f"{name} must be whole numbers, not of {array.dtype}")
+        raise InputError(f"{name} must be whole numbers")
     return array.astype(numpy.int64)
 
 
@@ -69,12 +113,14 @@ def samples(values: numpy.typing.ArrayLike, name: str) -> FloatArray:
 
 
 def plain(value: Any) -> Any:
-    """For `json.dumps`: numbers and arrays of NumPy."""
+    """For `json.dumps`: numbers and arrays of NumPy, and paths."""
     if isinstance(value, (numpy.ndarray, numpy.generic)):
         return value.tolist()
+    if isinstance(value, os.PathLike):
+        return os.fspath(value)
     if isinstance(value, Sequence):
         return list(value)
-    raise TypeError(f"{value!r} cannot stand in a configuration")
+    raise InputError(f"{value!r} cannot stand in a configuration")
 
 
 def given(values: Mapping[str, Any]) -> dict[str, Any]:
@@ -87,21 +133,27 @@ def settings(**values: Any) -> str:
     return json.dumps(given(values), default=plain)
 
 
-def joined(values: Mapping[str, Any], keys: Mapping[str, Any], place: str) -> dict[str, Any]:
+def joined(values: Mapping[str, Any], keys: Any, place: str) -> dict[str, Any]:
     """Arguments that were given and keys of a scene. Raises InputError where both say the same."""
-    known = given(values)
+    known, keys = given(values), mapping(keys, place)
     for key in known.keys() & keys.keys():
         raise InputError(f"{key} is an argument and a key of {place}", "give it once")
     return {**keys, **known}
 
 
+def in_words_of(call: str, text: str, names: Mapping[str, str] | None = None) -> str:
+    """What is said of a configuration that stands for arguments: of those, without lines and columns."""
+    text = re.sub(rf"{re.escape(call)}:\d+:\d+", call, text)
+    text = re.sub(rf"^{re.escape(call)}: (?:modes|solver)\.", f"{call}: ", text)
+    for key, argument in (names or {}).items():
+        text = re.sub(rf"\b{re.escape(key)}\b", argument, text)
+    return text
+
+
 @contextlib.contextmanager
-def arguments_of(call: str) -> Iterator[None]:
-    """Errors of a configuration that stands for arguments speak of those: without lines and columns."""
+def arguments_of(call: str, names: Mapping[str, str] | None = None) -> Iterator[None]:
+    """Errors of a configuration that stands for arguments speak of those; `names` of keys that are called otherwise."""
     try:
         yield
-    except ConfigError as error:
-        def plain_words(text: str) -> str:
-            text = re.sub(rf"{re.escape(call)}:\d+:\d+", call, text)
-            return re.sub(rf"^{re.escape(call)}: (?:modes|solver)\.", f"{call}: ", text)
-        raise ConfigError(plain_words(error.message), plain_words(error.hint)) from None
+    except InputError as error:
+        raise type(error)(in_words_of(call, error.message, names), in_words_of(call, error.hint, names)) from None

@@ -31,10 +31,13 @@ def _text_and_name(configuration: Configuration) -> tuple[str, str]:
             return file.read(), path
     except OSError as error:
         raise FileError(f"{path}: {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        raise FileError(f"{path} is no text", "name a YAML file") from error
 
 
 def _assignments(changes: Mapping[str, Any] | None) -> list[str]:
-    return [f"{key}={json.dumps(value, default=arguments.plain)}" for key, value in (changes or {}).items()]
+    return [f"{key}={json.dumps(value, default=arguments.plain)}"
+            for key, value in arguments.mapping(changes, "set").items()]
 
 
 @dataclasses.dataclass(frozen=True, repr=False)
@@ -50,8 +53,14 @@ class Plan:
 
     @property
     def effects(self) -> dict[str, str]:
-        """Those that would run, with the reason."""
-        return {effect["name"]: effect["reason"] for effect in self.document["effects"] if effect["enabled"]}
+        """Those that would run, with the reason; of a sweep, in which variants."""
+        if "effects" in self.document:
+            return {effect["name"]: effect["reason"] for effect in self.document["effects"] if effect["enabled"]}
+        found: dict[str, list[str]] = {}
+        for variant in self.document["variants"]:
+            for name in variant["effects"]:
+                found.setdefault(name, []).append(variant["variant"])
+        return {name: f"of {', '.join(variants)}" for name, variants in found.items()}
 
     @property
     def seconds(self) -> float:
@@ -77,24 +86,26 @@ def plan(configuration: Configuration, *, set: Mapping[str, Any] | None = None, 
     Raises ConfigError with file, line and key.
     """
     text, name = _text_and_name(configuration)
-    made = json.loads(_carillon.plan(text, name, _assignments(set), list(ranks)))
+    counts = [arguments.whole(number, "ranks", 1, 10**7) for number in ranks]
+    with arguments.arguments_of("configuration"):
+        made = json.loads(_carillon.plan(text, name, _assignments(set), counts))
     return Plan(made["text"], made["document"])
 
 
 def build(configuration: Configuration, *, ranks: int = 1, output: str | os.PathLike[str] | None = None,
           set: Mapping[str, Any] | None = None, retry_failed: bool = False, quiet: bool = True,
-          mpirun: Sequence[str] = ("mpirun", "--oversubscribe")) -> Dataset:
+          mpirun: Sequence[str] = ("mpirun", "--oversubscribe")) -> Any:
     """Builds a dataset, or carries on where an earlier build of the same configuration stopped.
 
     The program `carillon` does it, on `ranks` by mpirun; Ctrl-C stops it, and the same call goes on. Its progress
     goes to standard error unless `quiet`; its warnings are CarillonWarnings.
     configuration: a YAML file, or a mapping of its keys (paths in it are meant from the current folder); output:
     folder, by default the configuration's `name`; set: other values of some keys.
-    Returns the dataset; its `failures` lists the tasks that failed. Sweeps give the first variant.
+    Returns the Dataset, or of a sweep those of its variants by their names. Where tasks failed, a CarillonWarning
+    says so, and a dataset's `failures` why.
     Raises the errors of the command line with its words: ConfigError, InputError, ...
     """
-    if ranks < 1:
-        raise InputError(f"{ranks} ranks cannot build", "ranks is 1 or more")
+    ranks = arguments.whole(ranks, "ranks", 1, 10**7)
     program = _carillon.program()
     if not program:
         raise Error("the program carillon was not found", "install it, or add its folder to PATH")
@@ -118,10 +129,21 @@ def build(configuration: Configuration, *, ranks: int = 1, output: str | os.Path
     except json.JSONDecodeError:
         raise Error("\n".join(said).strip() or f"carillon ended with code {code} and said nothing") from None
     if error := summary.get("error"):
-        raise error_class(error["kind"])(error["message"], error.get("hint", ""))
+        raise error_class(error["kind"])(*(_without_place(error.get(part, "")) for part in ("message", "hint")))
     if code == 130:
         raise Error("the build was interrupted from outside", "the same call goes on where it stopped")
+    if failed := summary["failed_tasks"]:
+        warnings.warn(f"{summary['output']}: {failed} tasks failed; failures.json says why", CarillonWarning,
+                      stacklevel=2)
+    if variants := summary.get("variants"):
+        folders = [variant["variant"] for variant in variants]
+        return {folder: Dataset(os.path.join(summary["output"], folder)) for folder in folders}
     return Dataset(summary["output"])
+
+
+def _without_place(text: str) -> str:
+    """Places in the text of a mapping, which nobody has written."""
+    return re.sub(r"(?:stdin|configuration):\d+:\d+: ", "configuration: ", text)
 
 
 _WARNING = re.compile(r"\[warning\] (.*)")

@@ -37,26 +37,29 @@ class Column:
 
     def __getitem__(self, rows: Rows) -> Any:
         """Rows in the order that they are asked for. Raises FileError: names the shard that is lost."""
-        if isinstance(rows, tuple):
-            return self._of_axes(rows)
         if self.type == "text":
             if self._texts is None:
                 self._texts = numpy.array(self._dataset._column(self.name).texts(), object)
-            return self._texts[rows]
-        numbers = self._numbers[rows]
-        values = self._dataset._column(self.name).read(numpy.atleast_1d(numbers).reshape(-1))
-        return values.reshape(numpy.shape(numbers) + self.shape[1:])[()]
+            found = self._texts[rows]
+            return found.copy() if isinstance(found, numpy.ndarray) else found
+        axes = rows if isinstance(rows, tuple) else (rows,)
+        if not axes or axes[0] is None or axes[0] is Ellipsis:
+            return self._read(self._numbers)[axes]
+        if isinstance(axes[0], slice):
+            return self._read(self._numbers[axes[0]])[(slice(None), *axes[1:])]
+        first = numpy.asarray(axes[0])
+        numbers = self._numbers[first if first.size else first.astype(numpy.intp)]
+        # Each row that is asked for is read once; which of them, NumPy then says.
+        read, places = numpy.unique(numbers, return_inverse=True)
+        where = int(places[0]) if numbers.ndim == 0 else places.reshape(numbers.shape)
+        return self._read(read)[(where, *axes[1:])]
+
+    def _read(self, numbers: numpy.typing.NDArray[numpy.uint64]) -> numpy.typing.NDArray[Any]:
+        return self._dataset._column(self.name).read(numbers)
 
     @functools.cached_property
     def _numbers(self) -> numpy.typing.NDArray[numpy.uint64]:
         return numpy.arange(len(self), dtype=numpy.uint64)
-
-    def _of_axes(self, axes: tuple[Any, ...]) -> Any:
-        """As `column[axes]` of an array; only the rows that are asked for are read."""
-        if not axes or axes[0] is None or axes[0] is Ellipsis:
-            return self[:][axes]
-        values = self[axes[0]]
-        return values[(slice(None),) * (values.ndim - len(self.shape) + 1) + axes[1:]]
 
     def __array__(self, dtype: Any = None) -> numpy.typing.NDArray[Any]:
         values = numpy.asarray(self[:])
@@ -108,8 +111,11 @@ class Dataset(Mapping[str, Column]):
         return self._opened[name]
 
     def _attributes(self, name: str) -> dict[str, Any]:
-        return {key: json.loads(value) if value.startswith('"') else float(value)
-                for key, value in self._file().attributes(name).items()}
+        def value_of(text: str) -> Any:
+            if text.startswith('"'):
+                return json.loads(text)
+            return int(text) if text.lstrip("-").isdigit() else float(text)
+        return {key: value_of(text) for key, text in self._file().attributes(name).items()}
 
     def __getstate__(self) -> dict[str, Any]:
         return {"folder": self.folder}
@@ -128,13 +134,16 @@ class Dataset(Mapping[str, Column]):
     def __iter__(self) -> Iterator[str]:
         return iter(self._names)
 
+    __eq__ = object.__eq__
+    __hash__ = object.__hash__
+
     def __len__(self) -> int:
         return len(self._names)
 
     @property
     def samples(self) -> int:
         """How many there are."""
-        return len(self["key"])
+        return len(self["key"]) if "key" in self._names else 0
 
     @property
     def rate(self) -> float:
@@ -206,8 +215,9 @@ class Dataset(Mapping[str, Column]):
                                  if "/" not in name and len(self[name].shape) == 1})
 
     def __repr__(self) -> str:
-        objects = (len(self["shapes/voxels"]) if "shapes/voxels" in self._names else len(set(self["shape"][:])))
-        return f"<dataset {self.folder}: {self.samples} samples, {objects} objects>"
+        if self.samples == 0:
+            return f"<dataset {self.folder}: no samples>"
+        return f"<dataset {self.folder}: {self.samples} samples, {len(set(self['shape'][:]))} objects>"
 
 
 def open_dataset(folder: str | os.PathLike[str]) -> Dataset:

@@ -9,6 +9,7 @@ from typing import Any
 
 from carillon import _carillon
 from carillon.arguments import quantity
+from carillon.errors import InputError
 
 
 @dataclasses.dataclass(frozen=True)
@@ -32,9 +33,18 @@ class Material:
     def __post_init__(self) -> None:
         for name, dimension in (("youngs_modulus", "pressure"), ("poisson_ratio", "none"), ("density", "density")):
             object.__setattr__(self, name, quantity(getattr(self, name), dimension, name))
+        object.__setattr__(self, "alphas", tuple(map(float, self.alphas)))
+        if self.stiffness is not None:
+            object.__setattr__(self, "stiffness", tuple(tuple(map(float, row)) for row in self.stiffness))
 
     def replace(self, **changes: Any) -> Material:
-        """The same material with other values, as `dataclasses.replace`; texts may have units."""
+        """The same material with other values, as `dataclasses.replace`; texts may have units.
+
+        Raises InputError: an elastic constant of an anisotropic solid, whose stiffness alone counts.
+        """
+        if self.stiffness is not None and "stiffness" not in changes:
+            for name in changes.keys() & {"youngs_modulus", "poisson_ratio"}:
+                raise InputError(f"{name} of {self.name} follows from its stiffness", "give another stiffness")
         return dataclasses.replace(self, **changes)
 
     def text(self) -> str:
@@ -102,4 +112,6 @@ def material_text(description: str | Material) -> str:
     """What the library reads: presets keep their names."""
     if isinstance(description, str):
         return description
+    if not isinstance(description, Material):
+        raise InputError(f"a material is a name, constants or a Material, not {description!r}")
     return description.name if _presets().get(description.name) == description else description.text()

@@ -6,8 +6,8 @@ import json
 import os
 import pathlib
 import tempfile
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy
 import numpy.typing
@@ -16,9 +16,6 @@ from carillon.arguments import FloatArray, Quantity
 from carillon.errors import InputError
 from carillon.materials import Material, material_text, stored_materials
 from carillon.sounds import Sound
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 #: Meshes and modes that were made once are kept here; "": nowhere. $CARILLON_CACHE or ~/.cache/carillon by default.
 cache: str | os.PathLike[str] = _carillon.default_cache()
@@ -49,7 +46,7 @@ def _stored_modes(data: bytes, name: str, materials: list[Material], document: d
         path = pathlib.Path(folder, "modes.h5")
         path.write_bytes(data)
         texts = [material.text() for material in materials]
-        return Modes(_carillon.load_modes(os.fspath(path), "", name, texts, os.fspath(cache)), document)
+        return Modes(_carillon.load_modes(os.fspath(path), "", name, texts, os.fspath(cache)), document, materials)
 
 
 class Modes:
@@ -58,18 +55,23 @@ class Modes:
     Frequencies are undamped; shapes are mass-normalised, at the nodes of the surface.
     """
 
-    def __init__(self, solved: _carillon.Solved, document: dict[str, Any] | None = None):
+    def __init__(self, solved: _carillon.Solved, document: dict[str, Any] | None = None,
+                 materials: Sequence[Material] | None = None):
         self._solved = solved
+        self._materials = stored_materials(solved.materials) if materials is None else materials
         self._document: dict[str, Any] = json.loads(solved.json()) if document is None else document
 
     @classmethod
-    def load(cls, path: str | os.PathLike[str], material: str | Material, *, group: str = "") -> Modes:
+    def load(cls, path: str | os.PathLike[str], material: str | Material | Sequence[str | Material], *,
+             group: str = "") -> Modes:
         """Modes that `save`, `carillon modes -o` or a build stored, in the material that they were solved for.
 
-        group: of the file; a build stores the sets of an object's materials as `set-000`, `set-001`, ...
+        material: one, or one for each region. group: of the file; a build stores the sets of an object's materials
+        as `set-000`, `set-001`, ...
         """
         name = os.fspath(path)
-        return cls(_carillon.load_modes(name, group, name, [material_text(material)], os.fspath(cache)))
+        several = [material] if isinstance(material, (str, Material)) else list(material)
+        return cls(_carillon.load_modes(name, group, name, [material_text(one) for one in several], os.fspath(cache)))
 
     def __reduce__(self) -> Any:
         with tempfile.TemporaryDirectory() as folder:
@@ -80,7 +82,7 @@ class Modes:
     @property
     def materials(self) -> list[Material]:
         """Of each region."""
-        return stored_materials(self._solved.materials)
+        return list(self._materials)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """An HDF5 file as `carillon modes -o` writes it."""
@@ -162,28 +164,30 @@ class Modes:
         Returns [samples], or [listeners, samples] for several, float32, 1 at full scale.
         Raises ConfigError (names the key), InputError.
         """
-        keys: dict[str, Any] = json.loads(arguments.settings(**(scene or {})))
+        keys: dict[str, Any] = json.loads(arguments.settings(**arguments.mapping(scene, "scene")))
+        positions = [{"position": arguments.point(listener, f"listener {i}")} for i, listener in enumerate(listeners)]
         keys = arguments.joined({"room": room, "supports": supports, "noise": noise, "striker": striker,
-                                 "listeners": [{"position": [float(x) for x in listener]} for listener in listeners]
-                                 or None}, keys, "scene")
+                                 "listeners": positions or None}, keys, "scene")
         keys["audio"] = arguments.joined({"seconds": seconds, "sample_rate": rate, "gain": gain},
-                                         keys.get("audio") or {}, "scene's audio")
+                                         keys.get("audio"), "scene's audio")
         if "striker" in keys:
             if impulse is not None or contact_time is not None:
                 raise InputError("a striker gives impulse and contact_time", "leave them out, or the striker")
         else:
             is_ideal = contact_time is not None and arguments.quantity(contact_time, "time", "contact_time") == 0
             strikes = arguments.joined({"impulse": impulse, "contact_time": None if is_ideal else contact_time},
-                                       keys.get("strikes") or {}, "scene's strikes")
+                                       keys.get("strikes"), "scene's strikes")
             keys["strikes"] = {"impulse": _carillon.default_impulse, "contact_time": _carillon.default_contact_time,
                                **strikes}
             if is_ideal:
-                keys["effects"] = arguments.joined({"contact": "off"}, keys.get("effects") or {}, "scene's effects")
+                keys["effects"] = arguments.joined({"contact": "off"}, keys.get("effects"), "scene's effects")
                 del keys["strikes"]["contact_time"]
-        with arguments.arguments_of("strike()"):
+        names = {} if rate is None else {"audio.sample_rate": "rate", "sample_rate": "rate"}
+        with arguments.arguments_of("strike()", names):
             samples, description = _carillon.strike(
                 self._solved, arguments.settings(**keys), None if at is None else arguments.numbers(at, "at"),
-                None if direction is None else arguments.numbers(direction, "direction"), seed, repeat,
+                None if direction is None else arguments.numbers(direction, "direction"),
+                arguments.whole(seed, "seed", 0, 2**64 - 1), arguments.whole(repeat, "repeat", 1, 10000),
                 arguments.quantity(interval, "time", "interval"))
         document = json.loads(description)
         return Sound(samples[0] if len(samples) == 1 else samples, document["sample_rate_hz"], document)
@@ -225,25 +229,36 @@ class Modes:
         return show.table(["mode", "frequency [Hz]", "error [cents]", "decay [1/s]"], self._rows(), repr(self))
 
 
-def _settings(length: Quantity, thickness: Quantity, unit: str, any_size: bool) -> tuple[float, float, str, bool]:
+Axis = Sequence[float] | FloatArray | None
+
+
+def _settings(length: Quantity, thickness: Quantity, unit: str, any_size: bool, first_axis: Axis, second_axis: Axis,
+              **profile: str) -> str:
     """What may be said of an object beside its shape."""
-    return (arguments.quantity(length, "length", "length"), arguments.quantity(thickness, "length", "thickness"), unit,
-            any_size)
+    axes = {name: None if axis is None else arguments.point(axis, name)
+            for name, axis in (("first_axis", first_axis), ("second_axis", second_axis))}
+    return arguments.settings(
+        length=arguments.quantity(length, "length", "length"),
+        thickness=arguments.quantity(thickness, "length", "thickness"), unit=arguments.word(unit, "unit"),
+        any_size=bool(any_size), **axes, **profile)
 
 
 class Object:
     """A shape to be solved: triangles in memory, a file, or a generated body."""
 
     def __init__(self, vertices: numpy.typing.ArrayLike, faces: numpy.typing.ArrayLike, *, length: Quantity = 0,
-                 unit: str = "", thickness: Quantity = 0, any_size: bool = False, name: str = "object"):
+                 unit: str = "", thickness: Quantity = 0, any_size: bool = False, first_axis: Axis = None,
+                 second_axis: Axis = None, name: str = "object"):
         """Triangles that bound a body.
 
         vertices: [n, 3], in metres or `unit` ("mm"); faces: [m, 3] indices, counter-clockwise from outside.
-        length: longest side that the object is scaled to [m]; thickness: [m] given to open sheets.
-        Faults of a surface are repaired when it is meshed, and warned of. Raises InputError.
+        length: longest side that the object is scaled to [m]; thickness: [m] given to open sheets; first_axis,
+        second_axis: of an anisotropic material, in the object's coordinates.
+        Faults of a surface are repaired when it is meshed: `modes.document["repair"]` tells. Raises InputError.
         """
         self._make("shape_from_arrays", arguments.numbers(vertices, "vertices"), arguments.indices(faces, "faces"),
-                   name, _settings(length, thickness, unit, any_size))
+                   arguments.word(name, "name"),
+                   _settings(length, thickness, unit, any_size, first_axis, second_axis))
 
     def _make(self, maker: str, *shape: Any) -> None:
         self._made_of = (maker, *shape)
@@ -260,9 +275,16 @@ class Object:
 
     @classmethod
     def load(cls, path: str | os.PathLike[str], *, length: Quantity = 0, unit: str = "", thickness: Quantity = 0,
-             any_size: bool = False) -> Object:
-        """A mesh file (OBJ, OFF, PLY, STL, MSH), or a profile (SVG, CSV) that is turned about an axis."""
-        return cls._of("shape_from_text", os.fspath(path), _settings(length, thickness, unit, any_size))
+             any_size: bool = False, first_axis: Axis = None, second_axis: Axis = None, profile_axis: str = "",
+             profile_id: str = "") -> Object:
+        """A mesh file (OBJ, OFF, PLY, STL, MSH), or a profile (SVG, CSV) that is turned about an axis.
+
+        profile_axis, profile_id: of a drawing, its axis (left, right or x=NUMBER) and its outline. The others are
+        those of Object.
+        """
+        return cls._of("shape_from_text", os.fspath(path),
+                       _settings(length, thickness, unit, any_size, first_axis, second_axis,
+                                 profile_axis=profile_axis, profile_id=profile_id))
 
     @property
     def name(self) -> str:
@@ -294,29 +316,40 @@ class Object:
             materials: Any = {group: material_text(value) for group, value in material.items()}
         else:
             materials = material_text(material)
-        with arguments.arguments_of("modes()"):
+        with arguments.arguments_of("modes()", {"kind": "solver"}):
             solved = self._shape.solve(json.dumps(materials), json.dumps(settings, default=arguments.plain),
                                        os.fspath(cache))
-        show.warn(f"{self.name}: {warning}" for warning in solved.warnings())
-        return Modes(solved)
+        made = Modes(solved)
+        warnings = list(solved.warnings())
+        target = made.document.get("pitch_target")
+        if target and not target["met"]:
+            warnings.append(f"the pitch target of {target['asked_cents']:g} cents is missed, "
+                            f"{target['reached_cents']:.3g} cents are reached: {target['reason']}")
+        show.warn(f"{self.name}: {warning}" for warning in warnings)
+        return made
 
     def __repr__(self) -> str:
         return f"<object {self.name}>"
 
 
-def shape(family: str, *, length: Quantity = 0, profile: numpy.typing.ArrayLike | None = None,
-          any_size: bool = False, **parameters: Quantity) -> Object:
+def shape(family: str, *, profile: numpy.typing.ArrayLike | None = None, longest_side: Quantity = 0,
+          any_size: bool = False, first_axis: Axis = None, second_axis: Axis = None, **parameters: Quantity) -> Object:
     """A generated body: `shape("bowl", radius=0.07)`; parameters [m] that are left out lie in the middle of their
     ranges (`shapes()` lists them).
 
     profile: of the family "turned", a closed polygon of (radius, height), [n, 2] m.
-    length: longest side that it is scaled to [m].
+    longest_side: that the body is scaled to [m]; first_axis, second_axis: as of Object.
     Raises InputError: unknown family or parameter, sizes that contradict each other.
     """
-    settings = _settings(length, 0, "", any_size)
+    side = arguments.quantity(longest_side, "length", "longest_side")
+    settings = _settings(side, 0, "", any_size, first_axis, second_axis)
     if profile is not None:
+        if family != "turned" or parameters:
+            raise InputError("a profile is all that there is to say of the family \"turned\"",
+                             "leave out the parameters, or the profile")
         return Object._of("turned_shape", arguments.numbers(profile, "profile"), settings)
     values = ",".join(f"{name}={arguments.quantity_text(value)}" for name, value in parameters.items())
+    family = arguments.word(family, "family")
     return Object._of("shape_from_text", f"{family}:{values}" if values else family, settings)
 
 

@@ -11,7 +11,7 @@ from carillon.errors import CarillonWarning
 
 def warn(texts: Iterable[str]) -> None:
     for text in texts:
-        warnings.warn(text, CarillonWarning, stacklevel=4)
+        warnings.warn(text, CarillonWarning, stacklevel=3)
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]], caption: str, longest: int = 12) -> str:

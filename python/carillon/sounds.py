@@ -19,19 +19,35 @@ if TYPE_CHECKING:
 
 
 class Sound(numpy.ndarray[Any, numpy.dtype[numpy.float32]]):
-    """Samples [samples] or [listeners, samples], float32, with their rate and how they came about."""
+    """Samples [samples] or [listeners, samples], float32, with their rate and how they came about.
+
+    Parts of it keep the rate; one that leaves samples out has none (NaN).
+    """
 
     rate: float  #: [Hz]
     document: dict[str, Any]  #: all that `carillon strike --json` prints: effects that ran, what was drawn
 
     def __new__(cls, samples: numpy.typing.ArrayLike, rate: float, document: Mapping[str, Any] | None = None) -> Sound:
-        made = numpy.asarray(samples, numpy.float32).view(cls)
+        values = numpy.asarray(samples)
+        if values.dtype != numpy.float32:
+            values = arguments.samples(values, "samples")
+        made = values.astype(numpy.float32, copy=False).view(cls)
         made.rate, made.document = rate, dict(document or {})
         return made
 
     def __array_finalize__(self, made_from: Any) -> None:
         self.rate = getattr(made_from, "rate", numpy.nan)
         self.document = getattr(made_from, "document", {})
+
+    def __getitem__(self, key: Any) -> Any:
+        part = super().__getitem__(key)
+        if isinstance(part, Sound):
+            keys = key if isinstance(key, tuple) else (key,)
+            reaches_time = len(keys) == self.ndim or any(k is Ellipsis for k in keys) or numpy.ndim(keys[0]) > 1
+            over_time = keys[-1] if keys and reaches_time else Ellipsis
+            if over_time is not Ellipsis and not (isinstance(over_time, slice) and over_time.step in (None, 1)):
+                part.rate = numpy.nan
+        return part
 
     def __array_wrap__(self, array: Any, context: Any = None, return_scalar: bool = False) -> Any:
         return array[()] if array.ndim == 0 else super().__array_wrap__(array, context)
@@ -70,11 +86,11 @@ class Sound(numpy.ndarray[Any, numpy.dtype[numpy.float32]]):
         return str(Audio(numpy.asarray(self), rate=round(self.rate))._repr_html_())
 
 
-def _rate_of(sound: Any, rate: Quantity | None) -> float:
+def _rate_of(sound: Any, rate: Quantity | None, name: str = "rate") -> float:
     known = rate if rate is not None else getattr(sound, "rate", None)
     if known is None:
         raise TypeError("the sample rate is missing: give it after the samples")
-    return arguments.quantity(known, "frequency", "rate")
+    return arguments.quantity(known, "frequency", name)
 
 
 def _floats(entries: Iterable[Mapping[str, Any]], name: str) -> FloatArray:
@@ -100,7 +116,7 @@ class Features:
     explained: float  #: fraction of the energy that the features make up
     remarks: list[str]  #: what was left out and why
     nothing: str  #: why there are no features; "" where there are
-    document: dict[str, Any] = dataclasses.field(repr=False)  #: all that `carillon features --json` prints
+    document: dict[str, Any]  #: all that `carillon features --json` prints
 
     @classmethod
     def _from_json(cls, document: dict[str, Any]) -> Features:
@@ -154,13 +170,14 @@ def features(samples: numpy.typing.ArrayLike, rate: Quantity | None = None, *, m
                   "max_frequency": max_frequency, "min_decay_rate": min_decay_rate}
     texts = {name: arguments.quantity_text(value) for name, value in quantities.items() if value is not None}
     options = arguments.settings(
-        method=method, rt60=arguments.rt60_text(rt60), max_features=max_features,
+        method=arguments.word(method, "method"), rt60=arguments.rt60_text(rt60),
+        max_features=None if max_features is None else arguments.whole(max_features, "max_features", 1, 5000),
         min_level=None if min_level is None else arguments.quantity(min_level, "level", "min_level"), **texts)
     found = _carillon.features(arguments.samples(samples, "samples"), _rate_of(samples, rate), options)
     return Features._from_json(json.loads(found))
 
 
-@dataclasses.dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True, repr=False, eq=False)
 class Fit:
     """A damping model fitted to features: c = 2 d as a function of lambda = omega^2."""
 
@@ -175,7 +192,7 @@ class Fit:
     log_likelihood: float
     converged: bool
     remarks: list[str]
-    document: dict[str, Any] = dataclasses.field(repr=False)  #: all that `carillon fit --json` prints
+    document: dict[str, Any]  #: all that `carillon fit --json` prints
 
     @classmethod
     def _from_json(cls, document: dict[str, Any]) -> Fit:
@@ -188,6 +205,10 @@ class Fit:
                    document["units"], document.get("sigma_per_s", document.get("sigma_of_c")),
                    infinite if document["eta_s"] is None else document["eta_s"], document["log_likelihood"],
                    document["converged"], document["remarks"], document)
+
+    def __repr__(self) -> str:
+        numbers = ", ".join(f"{name} = {value:.5g}" for name, value in self.parameters.items())
+        return f"<{self.model} by {self.estimator}: {numbers}{'' if self.converged else ', not converged'}>"
 
     @property
     def curve(self) -> tuple[FloatArray, FloatArray]:
@@ -221,20 +242,22 @@ def fit(*features: Features | tuple[numpy.typing.ArrayLike, numpy.typing.ArrayLi
     estimator: emg (excess damping and errors), emg_relative, least_squares or lower_bound.
     Raises InputError: fewer features than can be fitted, an unknown model.
     """
-    sources = []
-    for i, source in enumerate(features):
-        if isinstance(source, Features):
-            rows = source.document["features"]
-        else:
-            names = ("frequencies", "decay rates")
-            pair = [arguments.numbers(values, name) for name, values in zip(names, source, strict=True)]
-            if not all(numpy.isfinite(values).all() for values in pair):
-                raise InputError(f"features {i + 1}: a frequency or a decay rate is not finite", "leave it out")
-            frequencies, decay_rates = (values.tolist() for values in pair)
-            rows = [{"frequency_hz": f, "decay_rate_per_s": d}
-                    for f, d in zip(frequencies, decay_rates, strict=True)]
-        sources.append({"name": f"sound {i + 1}", "features": rows})
-    return Fit._from_json(json.loads(_carillon.fit(json.dumps(sources), model, estimator)))
+    sources = [{"name": f"sound {i + 1}", "features": _rows_of(source, i)} for i, source in enumerate(features)]
+    return Fit._from_json(json.loads(_carillon.fit(json.dumps(sources), arguments.word(model, "model"),
+                                                   arguments.word(estimator, "estimator"))))
+
+
+def _rows_of(source: Any, number: int) -> list[dict[str, Any]]:
+    """Features of one sound as the library reads them."""
+    if isinstance(source, Features):
+        return list(source.document["features"])
+    columns = [arguments.numbers(values, f"features {number + 1}") for values in source] if len(source) == 2 else []
+    if len(columns) != 2 or any(column.ndim != 1 for column in columns) or len(columns[0]) != len(columns[1]):
+        raise InputError(f"features {number + 1} are no pair (frequencies [n], decay rates [n])",
+                         "fit((frequencies, decay_rates)), or fit(features(sound))")
+    if not all(numpy.isfinite(column).all() for column in columns):
+        raise InputError(f"features {number + 1}: a frequency or a decay rate is not finite", "leave it out")
+    return [{"frequency_hz": f, "decay_rate_per_s": d} for f, d in zip(*(column.tolist() for column in columns))]
 
 
 @dataclasses.dataclass(frozen=True, repr=False)
@@ -275,7 +298,7 @@ def compare(reference: numpy.typing.ArrayLike, other: numpy.typing.ArrayLike, ra
     than this are not the same [cents].
     """
     first = _rate_of(reference, rate)
-    second = _rate_of(other, other_rate if other_rate is not None else getattr(other, "rate", first))
+    second = _rate_of(other, other_rate if other_rate is not None else getattr(other, "rate", first), "other_rate")
     document = json.loads(_carillon.compare(
         arguments.samples(reference, "the reference"), first, arguments.samples(other, "the other sound"), second,
         arguments.quantity(loudest_level, "level", "loudest_level"), float(widest),
@@ -326,13 +349,16 @@ def estimate(samples: numpy.typing.ArrayLike, object: Object, at: Sequence[float
     material: an assumed one whose modes are solved and rescaled; further arguments are those of Object.modes.
     Raises InputError: no modes can be heard, no Poisson's ratio.
     """
-    from carillon.materials import material_text
+    from carillon.materials import material_text, stored_materials
+    from carillon.objects import Object as AnyObject
+    if not isinstance(object, AnyObject):
+        raise InputError(f"object must be a carillon.Object, not {object!r}", "carillon.Object.load(path), or shape()")
     quantities = {"contact_time": contact_time, "onset": onset, "density": density, "poisson_ratio": poisson_ratio}
     texts = {name: arguments.quantity_text(value) for name, value in quantities.items() if value is not None}
-    options = arguments.settings(model=model, heard=heard, rt60=arguments.rt60_text(rt60), starts=starts, seed=seed,
-                                 **texts)
-    constants = _carillon.assumed_constants(material_text(material), options)
-    assumed = ",".join(f"{name}={value!r}" for name, value in constants.items())
+    options = arguments.settings(
+        model=arguments.word(model, "model"), heard=arguments.word(heard, "heard"), rt60=arguments.rt60_text(rt60),
+        starts=arguments.whole(starts, "starts", 1, 1000), seed=arguments.whole(seed, "seed", 0, 2**64 - 1), **texts)
+    [assumed] = stored_materials(f"[{_carillon.assumed_material(material_text(material), options)}]")
     rate = _rate_of(samples, rate)
     text, again = _carillon.estimate(
         lambda: object.modes(assumed, **modes)._solved, arguments.samples(samples, "the recording"), rate,
@@ -356,5 +382,7 @@ def mel(samples: numpy.typing.ArrayLike, rate: Quantity | None = None, *, bands:
     clips = arguments.samples(samples, "samples")
     low, high = (arguments.quantity(value, "frequency", name) for name, value in
                  (("min_frequency", min_frequency), ("max_frequency", max_frequency)))
+    bands, fft_size, hop = (arguments.whole(value, name, 1, 2**31 - 1) for name, value in
+                            (("bands", bands), ("fft_size", fft_size), ("hop", hop)))
     made = _carillon.mel(clips, _rate_of(samples, rate), bands, fft_size, hop, low, high)
     return made.squeeze(0) if clips.ndim == 1 else made

@@ -101,18 +101,23 @@ class Module(DatasetTest):
                          self.columns["material"] == "wood"):
                 numpy.testing.assert_array_equal(column[rows], stored[rows])
             for axes in ((3, 0), (slice(2, 9), 0), (slice(None), slice(0, 2)) if stored.ndim > 1 else (slice(None),),
-                         ([[1, 2], [5, 0]],), (numpy.array([4, 1]), slice(None)), (Ellipsis, 0), (-1,), ()):
+                         ([[1, 2], [5, 0]],), ((0, 1),), ([0, 1], [0, 1]), (0, slice(None), [1, 2]), (numpy.array([4, 1]), slice(None)), (Ellipsis, 0), (-1,), ()):
                 if len(axes) <= stored.ndim:
                     numpy.testing.assert_array_equal(column[axes], stored[axes])
             numpy.testing.assert_array_equal(column[numpy.array([[1, 2], [5, 0]])], stored[[[1, 2], [5, 0]]])
             self.assertEqual(type(column[3]), type(stored[3]))
+        texts = self.opened["material"][:]
+        texts[0] = "none"
+        self.assertEqual(self.opened["material"][0], self.columns["material"][0])
         self.assertEqual(list(self.opened["key"][3:5]), list(self.columns["key"][3:5]))
         for name in ("split_shape", "split_strike"):
             numpy.testing.assert_array_equal(self.opened.rows("train", name.removeprefix("split_")),
                                              self.rows(name, "train"))
         self.assertEqual(self.opened.rate, 22050)
         self.assertEqual(self.opened["audio"].attributes["unit"], "m/s")
-        self.assertEqual(self.opened["mel"].attributes["hop"], self.opened["mel"].attributes["hop"] // 1)
+        how = {name: self.opened["mel"].attributes[name] for name in ("hop", "fft_size")}
+        numpy.testing.assert_array_equal(
+            ca.mel(self.opened["audio"][3], self.opened.rate, bands=16, **how), self.opened["mel"][3])
 
     def test_what_is_not_there_is_named(self):
         for call, error, words in ((lambda: self.opened["adio"], KeyError, r"it has \S+.*, audio,"),

@@ -56,7 +56,7 @@ class Modes(ModuleTest):
             self.assertEqual(vars(modes.certificate), known["certificate"])
 
     def test_shapes_are_mass_normalised_at_the_nodes_of_the_surface(self):
-        modes = ca.shape("block", length=0.05).modes("steel", max_frequency="60 kHz", pitch_cents="off")
+        modes = ca.shape("block", longest_side=0.05).modes("steel", max_frequency="60 kHz", pitch_cents="off")
         self.assertEqual(modes.shapes.shape, (len(modes), len(modes.nodes), 3))
         self.assertEqual(modes.shapes.dtype, numpy.float32)
         self.assertLess(modes.triangles.max(), len(modes.nodes))
@@ -71,6 +71,29 @@ class Modes(ModuleTest):
         self.assertLess(modes.errors.max(), 5)
         self.assertIn("bowl", repr(modes))
         self.assertIn("<table>", modes._repr_html_())
+
+    def test_a_length_is_the_familys_where_it_has_one(self):
+        known = run_json("modes", "bar:length=0.2,width=0.02,height=0.01", "-m", "steel", *OPTIONS, "--cache", "")
+        modes = ca.shape("bar", length=0.2, width=0.02, height=0.01).modes("steel", **BAND)
+        self.assertEqual(list(modes.frequencies), self.column(known, "frequency_hz"))
+        scaled = ca.shape("bar", longest_side=0.1).modes("steel", max_modes=3, pitch_cents="off")
+        self.assertAlmostEqual(numpy.ptp(scaled.nodes, axis=0).max(), 0.1, places=6)
+        with self.assertRaisesRegex(ca.InputError, "bowl.*length"):
+            ca.shape("bowl", length=0.1)
+
+    def test_a_pitch_target_that_is_missed_is_warned_of(self):
+        with self.assertWarnsRegex(ca.CarillonWarning, "target of 0.02 cents is missed"):
+            ca.shape("bar").modes("steel", max_modes=4, pitch_cents=0.02, max_unknowns=8000)
+
+    def test_of_grain_follow_the_materials_axes(self):
+        along, across = (ca.shape("bar", first_axis=axis).modes("spruce", **BAND, pitch_cents="off").frequencies[0]
+                         for axis in ((1, 0, 0), (0, 1, 0)))
+        self.assertGreater(along, 2 * across)
+        known = run_json("modes", "bar", "-m", "spruce", "--first-axis", "0,1,0", "--pitch-cents", "off", *OPTIONS,
+                         "--cache", "")
+        self.assertEqual(across, self.column(known, "frequency_hz")[0])
+        with self.assertRaisesRegex(ca.InputError, "follows from its stiffness"):
+            ca.materials["spruce"].replace(youngs_modulus=1e9)
 
     def test_are_saved_and_loaded_and_rescaled(self):
         modes = ca.shape("bar").modes("steel", **BAND)
@@ -108,7 +131,7 @@ class Modes(ModuleTest):
         self.assertEqual(dataset.samples, 12)
 
     def test_and_objects_are_copied_and_pickled(self):
-        for made in (ca.Object(*WEDGE, length=0.2), ca.shape("bar", length=0.1),
+        for made in (ca.Object(*WEDGE, length=0.2), ca.shape("bar", longest_side=0.1), ca.shape("bar", length=0.2),
                      ca.shape("turned", profile=[(0, 0), (0.02, 0), (0.02, 0.05), (0, 0.05)])):
             numpy.testing.assert_array_equal(*(
                 one.modes("glass", max_frequency=1e5, max_modes=3, pitch_cents="off").frequencies
@@ -117,16 +140,16 @@ class Modes(ModuleTest):
         for again in (pickle.loads(pickle.dumps(modes)), copy.deepcopy(modes)):
             numpy.testing.assert_array_equal(again.shapes, modes.shapes)
             self.assertEqual(again.document, modes.document)
-            self.assertEqual(repr(again), repr(modes))
+            self.assertEqual((repr(again), again.materials), (repr(modes), modes.materials))
             numpy.testing.assert_array_equal(again.strike((0.01, 0, 0)), modes.strike((0.01, 0, 0)))
 
     def test_take_quantities_with_units(self):
         numpy.testing.assert_array_equal(*(
-            ca.shape("bar", length=length).modes("steel", **BAND, pitch_cents="off").frequencies
+            ca.shape("bowl", longest_side=length).modes("steel", **BAND, pitch_cents="off").frequencies
             for length in (0.12, "12 cm")))
         self.assertEqual(ca.materials["steel"].replace(density="7.9 g/cm^3").density, 7900)
-        with self.assertRaisesRegex(ca.InputError, "length: .*kg"):
-            ca.shape("bar", length="12 kg")
+        with self.assertRaisesRegex(ca.InputError, "longest_side: .*kg"):
+            ca.shape("bar", longest_side="12 kg")
 
     def test_a_doubtful_mesh_is_warned_of(self):
         vertices = numpy.array(WEDGE[0]) * 1000
@@ -205,7 +228,9 @@ class Sounds(ModuleTest):
             self.assertIs(type(number), numpy.float32)
         (sound / numpy.float64(3) + numpy.zeros(sound.shape)).save(self.folder / "third.wav")
         self.assertEqual((self.folder / "third.wav").read_bytes()[22], 2)  # channels
-        for wrong in (sound[None], ca.Sound(sound, numpy.nan)):
+        numpy.testing.assert_array_equal(ca.Sound(numpy.array([16384, -32768], numpy.int16), 8000), [0.5, -1])
+        self.assertTrue(numpy.isnan(sound[0, ::2].rate) and numpy.isnan(sound[0][[3, 5]].rate))
+        for wrong in (sound[None], ca.Sound(sound, numpy.nan), sound[:, ::2]):
             with self.assertRaisesRegex(ca.InputError, "is no sound"):
                 wrong.save(self.folder / "wrong.wav")
 
@@ -267,12 +292,12 @@ class Errors(ModuleTest):
     def test_name_the_argument(self):
         modes = ca.shape("bar").modes("steel", **BAND, pitch_cents="off")
         for wrong, words in (({"at": (1, 2)}, "at must be three numbers"), ({"direction": (0, 0, 0)}, "no length"),
-                             ({"room": {"dimension": [1, 2, 3]}}, "dimension"), ({"rate": -1}, "sample_rate"),
+                             ({"room": {"dimension": [1, 2, 3]}}, "dimension"), ({"rate": -1}, "rate: must lie"), ({"scene": {"audio": {"sample_rate": -1}}}, "sample_rate: must"),
                              ({"scene": {"strikes": {"impulse": "2 kg"}}}, "strikes.impulse")):
             with self.assertRaisesRegex(ca.InputError, words):
                 modes.strike(**wrong)
         for wrong, words in (({"order": 7}, "order"), ({"min_frequency": 1e4, "max_frequency": 1e3}, "max_frequency"),
-                             ({"solver": "guess"}, "kind")):
+                             ({"solver": "guess"}, "solver: unknown value")):
             with self.assertRaisesRegex(ca.ConfigError, words):
                 ca.shape("bar").modes("steel", **wrong)
         with self.assertRaisesRegex(ca.InputError, "face 1 names vertex 9 of 4"):
@@ -301,14 +326,37 @@ class Errors(ModuleTest):
                 (lambda: ca.fit(([100, nan], [1, 2])), "not finite"),
                 (lambda: ca.fit(([100, 200], [1, -2])), "feature 1"),
                 (lambda: ca.fit(), "nothing to fit"),
+                (lambda: ca.fit([100, 200, 300], [1, 2, 3]), "no pair"),
+                (lambda: ca.fit(([100, 200], [1])), "no pair"),
+                (lambda: ca.features(sound, max_features=2.5), "max_features must be a whole"),
+                (lambda: ca.features(sound, min_level=nan), "min_level is nan"),
+                (lambda: ca.features(sound, onset=-1), "onset must be"),
+                (lambda: ca.features(sound, contact_time=-1), "contact_time must be"),
+                (lambda: ca.features(sound, rt60=-1), "rt60"),
+                (lambda: ca.mel([1.0, nan], 44100), "not finite"),
+                (lambda: ca.compare(sound, numpy.asarray(sound), other_rate="2 m"), "other_rate: "),
+                (lambda: ca.estimate(sound, "bar", (0, 0, 0), poisson_ratio=0.3), "object must be"),
+                (lambda: ca.estimate(sound, bar, (0, 0, 0), poisson_ratio=0.3, seed=-1), "seed: -1"),
+                (lambda: bar.modes(None), "a material is"),
+                (lambda: bar.modes("steel", solver="fast"), "solver"),
+                (lambda: ca.shape(5), "family must be a text"),
+                (lambda: ca.shape("bowl", profile=[(0, 0), (1, 0), (1, 1)]), "a profile is all"),
+                (lambda: modes.strike(repeat=10**9), "repeat: "),
+                (lambda: modes.strike(seed=1.5), "seed must be a whole"),
+                (lambda: modes.strike(scene=[]), "scene must be a mapping"),
+                (lambda: modes.strike(scene={"audio": 5}), "scene's audio must be a mapping"),
+                (lambda: modes.strike(listeners=(0, 0, 1)), "listener 0 must be three"),
+                (lambda: modes.strike(rate=44100.5), "rate must be whole"),
+                (lambda: ca.plan(BARS, set=["a=1"]), "set must be a mapping"),
+                (lambda: ca.build(BARS, ranks="2"), "ranks must be a whole"),
                 (lambda: ca.Object(WEDGE[0], [[0, 1, 2.5]]), "faces must be whole"),
                 (lambda: ca.Object(WEDGE[0], [[True, False, True]]), "faces must be whole"),
                 (lambda: ca.Object(*WEDGE, length=-1), "must not be negative"),
-                (lambda: ca.Object(*WEDGE, thickness=nan), "must not be negative"),
+                (lambda: ca.Object(*WEDGE, thickness=nan), "thickness is nan"),
                 (lambda: ca.shape("turned", profile=[(0, 0), (nan, 0), (1, 1)]), "profile: row 1"),
                 (lambda: modes.in_material("steel", size=0), "size of 0"),
                 (lambda: modes.strike(interval="2 m"), "interval: "),
-                (lambda: ca.build(BARS, ranks=0), "0 ranks")):
+                (lambda: ca.build(BARS, ranks=0), "ranks: 0")):
             with self.assertRaisesRegex(ca.InputError, words):
                 call()
         self.assertEqual(ca.mel(numpy.zeros((2, 0)), 44100).shape[:2], (2, 64))
@@ -418,6 +466,22 @@ class Builds(ModuleTest):
             ca.build({**BARS, "audo": {}}, output=self.folder / "none")
         with self.assertRaisesRegex(ca.InputError, "glas"):
             ca.build(BARS, output=self.folder / "none", set={"materials": ["glas"]})
+
+    def test_a_sweep_gives_its_variants(self):
+        sweep = {**BARS, "sweep": {"keys": {"audio.seconds": [0.02, 0.04]}}}
+        plan = ca.plan(sweep)
+        self.assertEqual(plan.samples, 24)
+        self.assertIn("contact", plan.effects)
+        made = ca.build(sweep, output=self.folder / "sweep")
+        self.assertEqual([dataset["audio"].shape for dataset in made.values()], [(12, 882), (12, 1764)])
+
+    def test_tasks_that_fail_are_warned_of(self):
+        self.write("flat.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+        objects = [{"mesh": str(self.folder / "flat.obj")}]
+        with self.assertWarnsRegex(ca.CarillonWarning, "tasks failed"):
+            dataset = ca.build({**BARS, "objects": objects}, output=self.folder / "failed")
+        self.assertEqual((dataset.samples, len(dataset.failures) > 0), (0, True))
+        self.assertIn("no samples", repr(dataset))
 
     def test_a_build_says_what_it_warns_of_and_texts_are_texts(self):
         with self.assertWarnsRegex(ca.CarillonWarning, "raise audio.gain"):
