@@ -16,7 +16,7 @@ from typing import Any
 
 from carillon import _carillon, arguments
 from carillon.datasets import Dataset
-from carillon.errors import CarillonWarning, Error, FileError, InputError, error_class
+from carillon.errors import CarillonWarning, Error, FileError, error_class
 
 Configuration = str | os.PathLike[str] | Mapping[str, Any]
 
