@@ -106,7 +106,7 @@ void add_estimate(Program& program, Context& context) {
                  "reverberation time of the room, or T1,T2,... by octave from 125 Hz on: damping "
                  "that cannot be told from its decay is not used");
   command.option("--starts", options->estimate.starts, "local searches, from the best start points")
-      .range(std::size_t{1}, eval::material::EstimateArguments::most_starts)
+      .range(std::size_t{1}, eval::material::EstimateArguments::max_starts)
       .show_default();
   command.option("--seed", options->estimate.seed, "of everything that is drawn").show_default();
   command.option("-o,--output", options->output,

@@ -33,7 +33,7 @@ void add_feature_arguments(Command& command, eval::features::FeatureArguments& a
       .range(eval::features::lowest_min_level, 0.0)
       .show_default();
   command.option("--max-features", arguments.max_features, "modes at most")
-      .range(std::size_t{1}, eval::features::most_features)
+      .range(std::size_t{1}, eval::features::max_feature_count)
       .show_default();
 }
 

@@ -135,10 +135,8 @@ void describe(Program& program, Context& context, const LearningCommands& learni
       "or a pitch target was not met, 130 interrupted (run again to go on), 152 a task did not "
       "heed "
       "its\n"
-      "limit of time (run again to go on without it). With --json a failure is\n"
-      "{\"error\": {\"kind\", \"message\", \"hint\"}} on standard output, beside its words on "
-      "standard "
-      "error.\n"
+      "limit of time (run again to go on without it). With --json a failure is also on standard\n"
+      "output, as {\"error\": {\"kind\", \"message\", \"hint\"}}.\n"
       "Guide: docs/guide.md");
 }
 

@@ -57,9 +57,9 @@ FeatureOptions feature_options(const FeatureArguments& arguments) {
     throw InputError(fmt::format("--min-level: {} dB lies outside {:g} to 0 dB",
                                  arguments.min_level, lowest_min_level));
   }
-  if (arguments.max_features < 1 || arguments.max_features > most_features) {
+  if (arguments.max_features < 1 || arguments.max_features > max_feature_count) {
     throw InputError(fmt::format("--max-features: {} lies outside 1 to {}", arguments.max_features,
-                                 most_features));
+                                 max_feature_count));
   }
   options.min_level = arguments.min_level;
   options.max_features = arguments.max_features;

@@ -7,8 +7,8 @@
 
 namespace carillon::eval::features {
 
-constexpr double lowest_min_level = -140;    ///< [dB]
-constexpr std::size_t most_features = 5000;  ///< of a channel
+constexpr double lowest_min_level = -140;        ///< [dB]
+constexpr std::size_t max_feature_count = 5000;  ///< of a channel
 
 /// Options of features as a person gives them: quantities with their units, "" where the default
 /// is meant.

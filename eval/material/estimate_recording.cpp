@@ -35,9 +35,9 @@ MaterialOptions material_options(const EstimateArguments& arguments) {
   if (options.contact_time && !(*options.contact_time >= 0)) {
     throw InputError("--contact-time must not be negative");
   }
-  if (arguments.starts < 1 || arguments.starts > EstimateArguments::most_starts) {
+  if (arguments.starts < 1 || arguments.starts > EstimateArguments::max_starts) {
     throw InputError(fmt::format("--starts: {} lies outside 1 to {}", arguments.starts,
-                                 EstimateArguments::most_starts));
+                                 EstimateArguments::max_starts));
   }
   options.searches = arguments.starts;
   options.starts.seed = arguments.seed;

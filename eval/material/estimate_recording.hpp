@@ -18,7 +18,7 @@ namespace carillon::eval::material {
 /// Options of an estimate as a person gives them: quantities with their units, "" where the default
 /// is meant.
 struct EstimateArguments {
-  static constexpr std::size_t most_starts = 1000;
+  static constexpr std::size_t max_starts = 1000;
   std::string model = "rayleigh";
   std::string heard = "velocity";
   std::string contact_time;            ///< "": sought

@@ -35,8 +35,11 @@ def quantity(value: Quantity, dimension: str, name: str) -> float:
     return number
 
 
-def whole(value: Any, name: str, low: int, high: int) -> int:
-    """A whole number within bounds. Raises InputError, which names the argument."""
+def whole(value: Any, name: str, low: int = 0, high: int = 2**63 - 1) -> int:
+    """A whole number within bounds; the library knows narrower ones of its options.
+
+    Raises InputError, which names the argument.
+    """
     try:
         number = operator.index(value)
     except TypeError:

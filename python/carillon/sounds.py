@@ -171,7 +171,7 @@ def features(samples: numpy.typing.ArrayLike, rate: Quantity | None = None, *, m
     texts = {name: arguments.quantity_text(value) for name, value in quantities.items() if value is not None}
     options = arguments.settings(
         method=arguments.word(method, "method"), rt60=arguments.rt60_text(rt60),
-        max_features=None if max_features is None else arguments.whole(max_features, "max_features", 1, 5000),
+        max_features=None if max_features is None else arguments.whole(max_features, "max_features"),
         min_level=None if min_level is None else arguments.quantity(min_level, "level", "min_level"), **texts)
     found = _carillon.features(arguments.samples(samples, "samples"), _rate_of(samples, rate), options)
     return Features._from_json(json.loads(found))
@@ -357,7 +357,7 @@ def estimate(samples: numpy.typing.ArrayLike, object: Object, at: Sequence[float
     texts = {name: arguments.quantity_text(value) for name, value in quantities.items() if value is not None}
     options = arguments.settings(
         model=arguments.word(model, "model"), heard=arguments.word(heard, "heard"), rt60=arguments.rt60_text(rt60),
-        starts=arguments.whole(starts, "starts", 1, 1000), seed=arguments.whole(seed, "seed", 0, 2**64 - 1), **texts)
+        starts=arguments.whole(starts, "starts"), seed=arguments.whole(seed, "seed", 0, 2**64 - 1), **texts)
     [assumed] = stored_materials(f"[{_carillon.assumed_material(material_text(material), options)}]")
     rate = _rate_of(samples, rate)
     text, again = _carillon.estimate(

@@ -6,7 +6,7 @@ import subprocess
 import sys
 import unittest
 
-from installed import BUILD, InstalledTest
+from installed_module import BUILD, InstalledTest
 from program import run, run_json
 
 SOURCE = pathlib.Path(__file__).resolve().parents[2]

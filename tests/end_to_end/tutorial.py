@@ -5,7 +5,7 @@ import json
 import re
 import unittest
 
-from installed import InstalledTest
+from installed_module import InstalledTest
 from program import DOCS
 
 try:
