@@ -9,6 +9,8 @@
 #include "core/units.hpp"
 #include "mpi/comm.hpp"
 #include "solvers/mesh/mesh_warnings.hpp"
+#include "solvers/mesh/readers/read_mesh.hpp"
+#include "solvers/mesher/file_contents.hpp"
 #include "solvers/mesher/mesh_child.hpp"
 
 namespace carillon::cli {
@@ -46,20 +48,49 @@ void print_diagnosis(const std::string& path, const solvers::mesh::Diagnosis& d)
                                     "(carillon modes tells)");
 }
 
+/// Nodes of a scene or a CAD file; none of others.
+solvers::mesher::FileContents named_nodes(const std::string& path) {
+  if (!solvers::mesh::readers::has_nodes(path)) return {};
+  return solvers::mesher::read_contents({path}, {}).front();
+}
+
+void print_nodes(const solvers::mesher::FileContents& contents) {
+  if (contents.nodes.empty()) return;
+  fmt::print("  {:<26} {:g} m\n  nodes, each with triangles and extent:\n", "unit", contents.unit);
+  for (const auto& node : contents.nodes) {
+    const Vec3 extent = node.bounds.extent() * contents.unit;
+    fmt::print("    {:<24} {:>8}  {:.4g} x {:.4g} x {:.4g} m\n", node.name, node.triangles,
+               extent.x(), extent.y(), extent.z());
+  }
+}
+
+nlohmann::json to_json(const solvers::mesher::FileContents& contents) {
+  nlohmann::json nodes = nlohmann::json::array();
+  for (const auto& node : contents.nodes) {
+    const Vec3 extent = node.bounds.extent() * contents.unit;
+    nodes.push_back({{"name", node.name},
+                     {"triangles", node.triangles},
+                     {"extent_m", {extent.x(), extent.y(), extent.z()}}});
+  }
+  return nodes;
+}
+
 }  // namespace
 
 void add_inspect(Program& program, Context& context) {
   struct Options {
     std::vector<std::string> meshes;
-    std::string length, unit;
+    std::string length, unit, node;
     bool any_size = false;
   };
   Command& command = program.add("inspect", "diagnosis of surface meshes", Needs::nothing);
   auto options = std::make_shared<Options>();
-  command.option("mesh", options->meshes, "OBJ, OFF, PLY or STL files").required();
+  command.option("mesh", options->meshes, "mesh files of any kind (carillon modes --help)")
+      .required();
   command.option("--length", options->length, "longest side the object is scaled to, e.g. 12 cm");
   command.option("--unit", options->unit, "of the file's coordinates: mm, cm, m or inch")
-      .show_default("m");
+      .show_default("what the file says, or m");
+  command.option("--node", options->node, "of a file that has several: this one alone");
   command.flag("--any-size", options->any_size, "ask no question about sizes above 2 m");
   command.footer("Example:\n  carillon inspect *.obj");
   command.does([&context, options] {
@@ -69,6 +100,7 @@ void add_inspect(Program& program, Context& context) {
       solvers::mesh::MeshFile file;
       file.path = path;
       file.any_size = true;
+      file.node = options->node;
       if (!options->length.empty()) {
         file.length = core::parse_quantity(options->length, core::Dimension::length);
       }
@@ -78,14 +110,17 @@ void add_inspect(Program& program, Context& context) {
         file.any_size = options->any_size;
         const std::string question = solvers::mesh::unit_question(
             file, *std::max_element(diagnosis.extent.begin(), diagnosis.extent.end()), 0);
+        const solvers::mesher::FileContents contents = named_nodes(path);
         if (context.json) {
           nlohmann::json one = solvers::mesh::to_json(diagnosis);
+          if (!contents.nodes.empty()) one["nodes"] = to_json(contents);
           one["file"] = path;
           if (!diagnosis.closed) one["volume"] = nullptr;
           one["unit_question"] = question;
           all.push_back(one);
         } else {
           print_diagnosis(path, diagnosis);
+          print_nodes(contents);
           if (!question.empty()) fmt::print("  {}\n", context.chosen->in_options(question));
         }
       } catch (const core::Error& error) {

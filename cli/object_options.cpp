@@ -40,7 +40,8 @@ void refuse_idle(const ObjectOptions& options) {
   if (solvers::mesh::readers::mesh_extension(options.mesh) != ".msh") return;
   const std::string why = fmt::format("the tetrahedra of {} are used as they are", options.mesh);
   refuse(!options.thickness.empty(), "--thickness", why,
-         "it is the wall of open sheets in OBJ, OFF, PLY and STL files");
+         "it is the wall of open sheets in files of surfaces");
+  refuse(!options.node.empty(), "--node", why, "leave it out");
   refuse(!options.element_size.empty(), "--element-size", why,
          "--order raises the order of the elements; a finer mesh is made by what made the file");
   refuse(options.edge_layers.has_value(), "--edge-layers", why,
@@ -54,6 +55,7 @@ void refuse_idle(const ObjectOptions& options, const std::string& family) {
   const std::string why = fmt::format("{} is generated, not read from a file", family);
   refuse(!options.length.empty(), "--length", why, hint);
   refuse(!options.unit.empty(), "--unit", why, hint);
+  refuse(!options.node.empty(), "--node", why, "leave it out");
   refuse(!options.thickness.empty(), "--thickness", why, hint);
 }
 
@@ -118,7 +120,8 @@ solvers::eigen::SolveOptions solve_options(const ObjectOptions& options) {
 void add_object_options(Command& command, ObjectOptions& options) {
   command
       .option("mesh", options.mesh,
-              "OBJ, OFF, PLY, STL or MSH file; an SVG drawing or a CSV table (radius,height) of a "
+              "OBJ, OFF, PLY, STL, glTF, DAE, FBX, 3MF, X3D, STEP, IGES, BREP or MSH file; an SVG "
+              "drawing or a CSV table (radius,height) of a "
               "profile that is turned about an axis; or a generated shape such as "
               "bowl:radius=60mm,wall=3mm (carillon list shapes)")
       .required();
@@ -141,7 +144,10 @@ void add_object_options(Command& command, ObjectOptions& options) {
   command.option("--length", options.length,
                  "longest side the object is scaled to, e.g. 0.12 m (default: as the file says)");
   command.option("--unit", options.unit, "of the file's coordinates: mm, cm, m or inch")
-      .show_default("m");
+      .show_default("what the file says, or m");
+  command.option("--node", options.node,
+                 "of a file that has several, or of a CAD file's solids: this one alone (default: "
+                 "all as one body; carillon inspect lists them)");
   command
       .option("--profile-axis", options.profile_axis,
               "of an SVG drawing: left or right of the outline, or x=NUMBER in its coordinates")
@@ -236,6 +242,7 @@ scene::Object named_object(const ObjectOptions& options) {
   if (object.family.empty()) {
     refuse_idle(options);
     object.file.length = length;
+    if (!options.node.empty()) object.nodes.names = {options.node};
     if (!options.unit.empty()) object.file.unit = core::parse_unit_of_length(options.unit);
     object.file.thickness = positive_length(options.thickness, "--thickness");
   } else if (object.profile_file.empty()) {

@@ -17,6 +17,7 @@ struct ObjectOptions {
   std::string length;     ///< longest side with unit; "": as it is
   std::string thickness;  ///< of open sheets
   std::string unit, first_axis, second_axis;
+  std::string node;                      ///< of a file with several; "": all as one body
   std::string profile_axis, profile_id;  ///< of an SVG drawing
   bool any_size = false;
   std::optional<int> order;  ///< of tetrahedra; 3 when none is given

@@ -20,7 +20,9 @@ bool is_alpha(std::string_view column) {
 }  // namespace
 
 const ColumnRule* find_rule(std::span<const ColumnRule> rules, std::string_view column) {
-  const std::string_view name = is_alpha(column) ? "alpha" : column;
+  const std::string_view name = is_alpha(column)               ? "alpha"
+                                : column.starts_with("label_") ? "label_"
+                                                               : column;
   const auto found = std::find_if(rules.begin(), rules.end(),
                                   [&](const ColumnRule& rule) { return name == rule.name; });
   return found == rules.end() ? nullptr : &*found;

@@ -20,7 +20,7 @@ inline constexpr std::size_t longest_shown = 16;
 
 /// What a column holds, in whichever shard.
 struct ColumnRule {
-  const char* name;  ///< "alpha" stands for alpha1, alpha2, ...
+  const char* name;  ///< "alpha" stands for alpha1, alpha2, ..., "label_" for all that begin so
   const char* type;  ///< as Hdf5Group::element_type; "": float32 or int16, as configured
   /// Extent of a row: "" a single value; numbers and names of any number, as in "contacts,3"; or
   /// "audio", "mel", "listeners", as configured.

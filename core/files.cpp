@@ -13,6 +13,7 @@
 #include <chrono>
 #include <cstdlib>
 #include <regex>
+#include <set>
 #include <system_error>
 
 #include "core/handle.hpp"
@@ -199,27 +200,69 @@ fs::path tidy_path(const fs::path& path) {
   return tidy.has_filename() || !tidy.has_relative_path() ? tidy : tidy.parent_path();
 }
 
-std::vector<fs::path> glob_files(const std::string& pattern) {
+namespace {
+
+/// Paths that the C library's glob finds, folders too.
+std::vector<fs::path> glob_paths(const std::string& pattern) {
   glob_t found{};
   struct Release {
     glob_t* list;
     ~Release() { ::globfree(list); }
   } release{&found};
-  // glob's own order follows the locale.
   const int outcome = ::glob(pattern.c_str(), GLOB_NOSORT | GLOB_TILDE, nullptr, &found);
   if (outcome == GLOB_NOMATCH) return {};
   if (outcome != 0) {
     throw FileError(fmt::format("{}: cannot be searched: {}", pattern,
                                 outcome == GLOB_NOSPACE ? "out of memory" : "reading failed"));
   }
-  std::vector<fs::path> files;
-  for (std::size_t i = 0; i < found.gl_pathc; ++i) {
+  return {found.gl_pathv, found.gl_pathv + found.gl_pathc};
+}
+
+/// The folders below one, and itself.
+std::vector<fs::path> folders_below(const fs::path& folder) {
+  std::vector<fs::path> folders = {folder};
+  std::error_code error;
+  const auto options = fs::directory_options::skip_permission_denied;
+  for (auto entry = fs::recursive_directory_iterator(folder, options, error);
+       !error && entry != fs::recursive_directory_iterator(); entry.increment(error)) {
     std::error_code ignored;
-    if (!fs::is_directory(found.gl_pathv[i], ignored)) files.emplace_back(found.gl_pathv[i]);
+    if (entry->is_directory(ignored)) folders.push_back(entry->path());
   }
-  std::sort(files.begin(), files.end(),
+  return folders;
+}
+
+/// A folder's name as a pattern that matches it alone.
+std::string escaped(const fs::path& folder) {
+  std::string text;
+  for (const char c : folder.string()) {
+    if (std::string_view("*?[\\").find(c) != std::string_view::npos) text += '\\';
+    text += c;
+  }
+  return text;
+}
+
+}  // namespace
+
+std::vector<fs::path> glob_files(const std::string& pattern) {
+  std::set<fs::path> files;
+  const std::size_t deep = ("/" + pattern).find("/**/");
+  if (deep == std::string::npos) {
+    for (const fs::path& path : glob_paths(pattern)) {
+      std::error_code ignored;
+      if (!fs::is_directory(path, ignored)) files.insert(path);
+    }
+  } else {
+    const std::string above = pattern.substr(0, deep), below = pattern.substr(deep + 3);
+    for (const fs::path& start : glob_paths(above.empty() ? "./" : above)) {
+      for (const fs::path& folder : folders_below(start))
+        for (const fs::path& file : glob_files(escaped(folder) + "/" + below)) files.insert(file);
+    }
+  }
+  // glob's own order follows the locale.
+  std::vector<fs::path> sorted(files.begin(), files.end());
+  std::sort(sorted.begin(), sorted.end(),
             [](const fs::path& a, const fs::path& b) { return a.native() < b.native(); });
-  return files;
+  return sorted;
 }
 
 fs::path default_cache_folder() {

@@ -36,7 +36,8 @@ void read_blocks(const std::filesystem::path& path,
 std::filesystem::path tidy_path(const std::filesystem::path& path);
 
 /// Files that match a pattern with *, ? and [..] (glob(3)), in byte order of their names; a
-/// leading ~ is the home folder. Folders are left out.
+/// leading ~ is the home folder, ** as a folder stands for any number of them, none too. Folders
+/// are left out, and links to folders are not followed by **.
 /// @throws FileError  out of memory, or the system cannot search
 std::vector<std::filesystem::path> glob_files(const std::string& pattern);
 

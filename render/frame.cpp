@@ -110,7 +110,7 @@ class FrameRenderer {
 
   core::Image draw(const ShadingMesh& mesh, const View& view, const Camera& camera,
                    const Appearance& appearance) {
-    const DrawableMesh body(mesh);
+    const DrawableMesh body(mesh, appearance.colours);
     std::array<Vec3, 3> direction;
     for (std::size_t i = 0; i < 3; ++i) {
       direction[i] = view.axes.transpose() * lights[i].direction.normalized();
@@ -144,7 +144,7 @@ class FrameRenderer {
     set_matrix(body_program_, "clip_from_body", view.clip_from_body);
     set_matrix(body_program_, "light_from_body", light);
     set_vector(body_program_, "eye", view.distance * view.axes.row(2).transpose());
-    set_vector(body_program_, "reflectance", appearance.color);
+    set_vector(body_program_, "reflectance", reflectance_of(appearance));
     set_number(body_program_, "roughness", appearance.roughness);
     set_number(body_program_, "metallic", appearance.metallic);
     for (std::size_t i = 0; i < 3; ++i) {
@@ -191,6 +191,7 @@ core::Image render_frame(const solvers::mesh::SurfaceMesh& mesh, const Camera& c
                          const Appearance& appearance) {
   check_all(camera, appearance);
   const BoundingBall ball = bounding_ball(mesh);
+  check_colours(appearance, mesh);
   const ShadingMesh body = shading_mesh(mesh, ball, default_crease_angle);
   const View view = make_view(camera, ball.radius);
   // Compiling the shaders takes longer than a picture; a context belongs to its thread.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "core/image.hpp"
 #include "solvers/mesh/surface_mesh.hpp"
@@ -26,6 +27,7 @@ struct Appearance {
   Vec3 color = {0.7, 0.7, 0.72};  ///< linear reflectance
   double roughness = 0.4;         ///< 0 mirror, 1 matt
   double metallic = 0;
+  std::vector<Vec3> colours = {};  ///< at the mesh's vertices, instead of `color`; empty: none
 };
 
 /// @throws InputError  a number beyond 0 to 1
@@ -36,7 +38,9 @@ void check(const Appearance& appearance);
 /// GGX). Three channels, sRGB, nine samples a pixel averaged in linear light. Faces that meet at
 /// more than 40 degrees keep their edge, others are shaded smoothly. The same input gives the same
 /// bytes. The OpenGL context is made at the first picture of each thread and kept.
-/// @throws InputError   no faces or extent, or a camera or appearance out of range
+/// @throws InputError   no faces or extent, a camera or appearance out of range, or colours that
+/// are
+///                      not as many as vertices
 /// @throws core::Error  OSMesa cannot make a context
 core::Image render_frame(const solvers::mesh::SurfaceMesh& mesh, const Camera& camera,
                          const Appearance& appearance);

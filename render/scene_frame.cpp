@@ -182,7 +182,7 @@ void SceneRenderer::Parts::set_common(const Program& program, const Drawn& drawn
   set_matrix(program, "light_from_world", light_from_world);
   set_vector(program, "eye", view.eye);
   set_vector(program, "forward", view.forward);
-  set_vector(program, "reflectance", drawn.appearance.color);
+  set_vector(program, "reflectance", reflectance_of(drawn.appearance));
   set_vector(program, "deep_reflectance", drawn.deep_color);
   set_number(program, "roughness", drawn.appearance.roughness);
   set_number(program, "metallic", drawn.appearance.metallic);

@@ -16,6 +16,8 @@ constexpr core::ColumnRule list[] = {
     {"family", "text", "", "1", "struck", "label"},
     {"material", "text", "", "1", "always",
      "label; of a simulation all that play, joined by commas"},
+    {"label_", "text", "", "1", "may",
+     "`label_NAME`: what a manifest's column NAME says of the object; empty for objects without"},
     {"size", "float64", "", "1", "struck", "label: factor of the shape's lengths"},
     {"strike", "int64", "", "1", "struck", "label: number of the strike on its shape"},
     {"split_shape", "text", "", "1", "always",

@@ -84,6 +84,17 @@ void read_profile(ConfigNode& node, const std::string& file_name, Object& object
   }
 }
 
+NodeChoice read_nodes(ConfigNode& node) {
+  NodeChoice nodes;
+  nodes.names = node.texts("nodes", std::vector<std::string>{"joined"});
+  if (nodes.names.empty()) node.fail("nodes", "no node is named");
+  if (nodes.names.size() == 1 && (nodes.names[0] == "joined" || nodes.names[0] == "each")) {
+    nodes.each = nodes.names[0] == "each";
+    nodes.names.clear();
+  }
+  return nodes;
+}
+
 Object read_files(ConfigNode& node, const std::string& file_name) {
   Object object;
   if (node.has("modelnet")) {
@@ -91,11 +102,20 @@ Object read_files(ConfigNode& node, const std::string& file_name) {
     object.pattern = (std::filesystem::path(folder) / "*" / "t[er]*" / "*.off").string();
     object.modelnet = ModelNet{node.texts("classes", std::vector<std::string>{}),
                                static_cast<int>(node.integer("per_class", 0, 1000000, 0))};
+  } else if (node.has("manifest")) {
+    object.manifest = path_beside(file_name, node.text("manifest"));
+    const std::string beside = std::filesystem::path(object.manifest).parent_path().string();
+    object.manifest_folder =
+        node.has("folder") ? path_beside(file_name, node.text("folder")) : beside;
   } else {
-    object.pattern = path_beside(file_name, node.text("mesh"));
+    object.named_by_folder = node.has("glob");
+    object.pattern = path_beside(file_name, node.text(node.has("glob") ? "glob" : "mesh"));
   }
-  const std::string unit = node.text("unit", "m");
-  at_key(node, "unit", [&] { object.file.unit = core::parse_unit_of_length(unit); });
+  if (!object.modelnet) object.nodes = read_nodes(node);
+  if (node.has("unit")) {
+    const std::string unit = node.text("unit");
+    at_key(node, "unit", [&] { object.file.unit = core::parse_unit_of_length(unit); });
+  }
   object.file.thickness = node.not_negative("thickness", Dimension::length, 0);
   object.file.wrap_tolerance = node.quantity("wrap_tolerance", Dimension::none, 0.002);
   if (!(object.file.wrap_tolerance >= 1e-4 && object.file.wrap_tolerance <= 0.05)) {
@@ -112,7 +132,9 @@ void read_materials(ConfigNode& node, const std::vector<std::string>& shared,
     // Anything but an MSH file is meshed here, and is one body.
     solvers::mesh::MeshFile file;
     file.path = object.pattern;
-    const bool has_groups = object.family.empty() && solvers::mesh::readers::gives_tetrahedra(file);
+    const bool has_groups =
+        object.family.empty() &&
+        (!object.manifest.empty() || solvers::mesh::readers::gives_tetrahedra(file));
     const bool is_body = object.groups.size() == 1 && object.groups.contains("body");
     if (!has_groups && !is_body)
       node.fail("materials", "only MSH files have physical groups with materials of their own",
@@ -169,9 +191,12 @@ Object read_shape(ConfigNode& node, const std::string& file_name) {
 Object read_object(ConfigNode& node, const std::vector<std::string>& shared_materials,
                    const std::vector<synth::material::Material>& own,
                    const std::string& file_name) {
-  if (node.has("shape") + node.has("mesh") + node.has("modelnet") != 1) {
+  if (node.has("shape") + node.has("mesh") + node.has("glob") + node.has("manifest") +
+          node.has("modelnet") !=
+      1) {
     node.fail("",
-              "an object is a `shape:` (a family), a `mesh:` (files) or a `modelnet:` (a folder)");
+              "an object is a `shape:` (a family), a `mesh:` (a file), a `glob:` (files), a "
+              "`manifest:` (a table of files) or a `modelnet:` (a folder)");
   }
   Object object = node.has("shape") ? read_shape(node, file_name) : read_files(node, file_name);
   object.name = node.text("name", object.family);
@@ -225,6 +250,10 @@ solvers::mesh::MeshRequest mesh_request(const Object& object) {
   if (object.family.empty()) {
     request.file = object.file;
     request.file.path = object.pattern;
+    if (object.nodes.each || object.nodes.names.size() > 1)
+      throw InputError("one object is wanted here, and several nodes are named",
+                       "nodes: joined, or the name of one");
+    if (!object.nodes.names.empty()) request.file.node = object.nodes.names.front();
     return request;
   }
   request.shape.family = object.family;

@@ -17,6 +17,12 @@ struct ModelNet {
   int per_class = 0;                 ///< at most so many of train and test together; 0: all
 };
 
+/// Which nodes of a scene's file are objects.
+struct NodeChoice {
+  bool each = false;               ///< each is an object of its own; false: the file is one
+  std::vector<std::string> names;  ///< these alone are objects; empty: as `each` says
+};
+
 /// How a file's profile is read.
 struct ProfileOptions {
   /// Of an SVG drawing: left, right or x=NUMBER; "": x=0, which the outline has to reach.
@@ -34,7 +40,11 @@ struct Object {
   std::vector<std::array<double, 2>> profile;     ///< of the family "turned" [m]
   std::string profile_file;                       ///< path of the profile's SVG or CSV; "" for none
   std::string pattern;                            ///< path of a mesh file, or a glob of several
-  std::optional<ModelNet> modelnet;               ///< they lie in its folders
+  std::string manifest;                           ///< path of a table of files instead; "" for none
+  std::string manifest_folder;                    ///< that its files are meant from
+  bool named_by_folder = false;  ///< objects are named after their path below the pattern's folder
+  NodeChoice nodes;
+  std::optional<ModelNet> modelnet;  ///< they lie in its folders
   /// Options of those files; length and any_size count for families too.
   solvers::mesh::MeshFile file;
   /// Where the materials' own axes lie in the object, as columns of a rotation.
@@ -44,8 +54,8 @@ struct Object {
   std::map<std::string, std::string> groups;  ///< instead: physical group -> material
 };
 
-/// Reads an entry of `objects:`. Keys that only some readers know (`count`, `sizes`, `levels`) are
-/// theirs to read from the same node.
+/// Reads an entry of `objects:`; of a `manifest:` what holds for all of its rows. Keys that only
+/// some readers know (`count`, `sizes`, `levels`) are theirs to read from the same node.
 /// @param shared_materials  of objects that name none
 /// @param own        materials beside the presets
 /// @param file_name  paths in the configuration are relative to its folder

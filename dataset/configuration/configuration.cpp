@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <map>
@@ -80,6 +81,27 @@ SplitConfig read_split(ConfigNode node) {
   return split;
 }
 
+/// Parts that manifests name are parts of the split.
+void check_given_parts(ConfigNode& root, const BuildConfig& config) {
+  const std::vector<std::string> names = config.split.names();
+  for (const ObjectSource& source : config.objects) {
+    if (!source.row || source.row->part.empty()) continue;
+    if (std::find(names.begin(), names.end(), source.row->part) != names.end()) continue;
+    root.child("split").fail(source.row->part, "is 0, and yet a manifest has rows of this part",
+                             source.row->place);
+  }
+}
+
+/// Rows of manifests fail by themselves: the others are built.
+void tell_missing_files(BuildConfig& config) {
+  for (const ObjectSource& source : config.objects) {
+    std::error_code error;
+    if (!source.row || std::filesystem::is_regular_file(source.object.pattern, error)) continue;
+    config.warnings.push_back(fmt::format("{}: {} is not there: its object will fail",
+                                          source.row->place, source.object.pattern));
+  }
+}
+
 /// The line that names the materials: those of all objects, or the first object's own.
 std::string materials_place(ConfigNode& root) {
   if (root.has("materials")) return fmt::format("materials: ({})", root.where("materials"));
@@ -143,6 +165,15 @@ void check_cast(ConfigNode& root, const BuildConfig& config) {
 
 }  // namespace
 
+std::set<std::string> named_labels(const BuildConfig& config) {
+  std::set<std::string> names;
+  for (const ObjectSource& source : config.objects) {
+    if (!source.row) continue;
+    for (const auto& [name, label] : source.row->labels) names.insert(name);
+  }
+  return names;
+}
+
 std::vector<synth::material::Material> named_materials(const BuildConfig& config) {
   std::map<std::string, synth::material::Material> by_name;
   for (const ObjectSource& source : config.objects) {
@@ -182,13 +213,20 @@ BuildConfig read_build_config(const std::string& text, const std::string& file_n
            [&] { config.own_materials = synth::material::read_materials(config.materials_file); });
   }
   const std::vector<std::string> materials = root.texts("materials", std::vector<std::string>{});
+  std::size_t entry = 0;
   for (ConfigNode& node : root.children("objects")) {
-    config.objects.push_back(read_object(node, materials, config.own_materials, file_name));
+    for (ObjectSource& source : read_objects(node, materials, config.own_materials, file_name)) {
+      source.entry = entry;
+      config.objects.push_back(std::move(source));
+    }
+    ++entry;
   }
   if (config.objects.empty()) root.fail("objects", "the configuration has no objects");
 
   if (!root.has("motion")) config.sounding = read_variant_choice(root.child("variants"));
   config.split = read_split(root.child("split"));
+  check_given_parts(root, config);
+  if (with_files) tell_missing_files(config);
   config.scene = scene::read_scene(root, file_name, registry,
                                    {.materials = named_materials(config),
                                     .materials_place = materials_place(root),

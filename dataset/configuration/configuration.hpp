@@ -2,6 +2,7 @@
 
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -52,6 +53,9 @@ struct BuildConfig : scene::ModesConfig {
   std::vector<std::string> warnings;  ///< what is legal and yet worth a line when a build begins
   std::string resolved;               ///< every key with its value, YAML in SI units
 };
+
+/// Names of all labels that manifests give, in their order.
+std::set<std::string> named_labels(const BuildConfig& config);
 
 /// Every material that the objects of a configuration name, each once, by name.
 std::vector<synth::material::Material> named_materials(const BuildConfig& config);

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <set>
+
 #include "core/files.hpp"
 
 namespace carillon::dataset::configuration {
@@ -13,8 +15,11 @@ std::vector<InputFile> input_files(const BuildConfig& config) {
   };
   add("materials_file", config.materials_file);
   add("strikes.csv", config.scene.strikes.csv);
-  for (std::size_t i = 0; i < config.objects.size(); ++i) {
-    add(fmt::format("objects[{}].profile", i), config.objects[i].object.profile_file);
+  std::set<std::string> manifests;
+  for (const ObjectSource& source : config.objects) {
+    add(fmt::format("objects[{}].profile", source.entry), source.object.profile_file);
+    const std::string manifest = fmt::format("objects[{}].manifest", source.entry);
+    if (manifests.insert(manifest).second) add(manifest, source.object.manifest);
   }
   if (config.motion) {
     const scene::motion::MotionConfig& motion = *config.motion;

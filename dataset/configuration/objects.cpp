@@ -11,6 +11,7 @@
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "core/random.hpp"
+#include "dataset/configuration/detail/manifest.hpp"
 
 namespace carillon::dataset::configuration {
 
@@ -54,9 +55,10 @@ void read_sizes(ConfigNode& node, ObjectSource& source) {
 
 }  // namespace
 
-ObjectSource read_object(ConfigNode& node, const std::vector<std::string>& shared_materials,
-                         const std::vector<synth::material::Material>& own,
-                         const std::string& file_name) {
+std::vector<ObjectSource> read_objects(ConfigNode& node,
+                                       const std::vector<std::string>& shared_materials,
+                                       const std::vector<synth::material::Material>& own,
+                                       const std::string& file_name) {
   ObjectSource source;
   source.object = scene::read_object(node, shared_materials, own, file_name);
   refuse_doubles(node, "materials", source.object.materials);
@@ -64,7 +66,8 @@ ObjectSource read_object(ConfigNode& node, const std::vector<std::string>& share
     source.count = static_cast<int>(node.integer("count", 1, 1000000, 1));
   }
   read_sizes(node, source);
-  return source;
+  if (source.object.manifest.empty()) return {source};
+  return core::at_key(node, "manifest", [&] { return rows_of_manifest(source, own); });
 }
 
 ModelNetPlace modelnet_place(const std::string& path) {
@@ -73,6 +76,7 @@ ModelNetPlace modelnet_place(const std::string& path) {
 }
 
 std::vector<std::string> object_files(const scene::Object& object) {
+  if (!object.manifest.empty()) return {object.pattern};
   std::vector<std::string> files;
   for (const auto& path : core::glob_files(object.pattern)) files.push_back(path.string());
   if (!object.modelnet) return files;
@@ -100,6 +104,7 @@ std::vector<std::string> object_files(const scene::Object& object) {
 }
 
 std::string files_key(const scene::Object& object) {
+  if (!object.manifest.empty()) return "=" + object.pattern;
   if (!object.modelnet) return object.pattern;
   return fmt::format("{}\n{} {}", object.pattern, object.modelnet->per_class,
                      fmt::join(object.modelnet->classes, " "));

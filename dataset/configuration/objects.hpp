@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -15,9 +16,21 @@ struct DrawnSize {
   double deviation = 0;  ///< a thousandth to a quarter of the mean; draws lie within three of them
 };
 
-/// One entry of `objects:` with the objects and variants that a build makes of it.
+/// What a row of a manifest says of its file beside what scene::Object holds.
+struct ManifestRow {
+  std::string place;   ///< "objects.csv:12"
+  std::string name;    ///< of its object; "": after the file
+  std::string family;  ///< label; "": the entry's name
+  std::string part;    ///< train, validation or test; "": by the hash of its shape
+  std::map<std::string, std::string> labels;  ///< by the names of all further columns
+};
+
+/// One entry of `objects:`, or one row of a manifest, with the objects and variants that a build
+/// makes of it.
 struct ObjectSource {
   scene::Object object;
+  std::size_t entry = 0;  ///< its place in `objects:`; the rows of a manifest have one in common
+  std::optional<ManifestRow> row;       ///< of a manifest
   int count = 1;                        ///< instances of a family: name-000, name-001, ...
   std::vector<double> sizes;            ///< factors on every length
   std::optional<DrawnSize> drawn_size;  ///< one more, each instance its own
@@ -47,11 +60,12 @@ std::vector<std::string> object_files(const scene::Object& object);
 /// Equal for entries that have the same files.
 std::string files_key(const scene::Object& object);
 
-/// scene::read_object() with `count`, `sizes` and `drawn_size`.
-/// @throws ConfigError
-ObjectSource read_object(core::ConfigNode& node, const std::vector<std::string>& shared_materials,
-                         const std::vector<synth::material::Material>& own,
-                         const std::string& file_name);
+/// scene::read_object() with `count`, `sizes` and `drawn_size`; the rows of a `manifest:` each.
+/// @throws ConfigError  of a manifest with every row that is wrong, each with its line
+std::vector<ObjectSource> read_objects(core::ConfigNode& node,
+                                       const std::vector<std::string>& shared_materials,
+                                       const std::vector<synth::material::Material>& own,
+                                       const std::string& file_name);
 
 /// `variants:` of a configuration.
 /// @throws ConfigError

@@ -16,7 +16,7 @@ namespace {
 /// Closed or open triangles; those of tetrahedra count by the size of their file below.
 solvers::mesh::ShapeExtent of_file(const FileSurface& surface,
                                    const solvers::mesh::MeshFile& file) {
-  const double scale = solvers::mesh::readers::scale_to_metres(surface.bounds, file);
+  const double scale = solvers::mesh::readers::scale_to_metres(surface.bounds, file, surface.unit);
   const double area = surface.area * scale * scale;
   solvers::mesh::ShapeExtent object;
   object.longest_side = surface.bounds.longest_side() * scale;

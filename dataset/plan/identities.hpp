@@ -8,13 +8,29 @@
 
 namespace carillon::dataset::plan {
 
-/// Reads a mesh file once for all that a plan needs of it.
-/// @throws FileError  it cannot be read; what is no mesh has a hash and no more: its task will say
-/// why
-FoundMesh find_mesh(const std::string& path);
+/// A mesh file with all that can be an object in it.
+struct FoundFile {
+  FoundMesh whole;
+  std::vector<FoundMesh> nodes;  ///< of a scene or a CAD file
+};
 
-/// Mesh files of an entry of `objects:`, in the order of their names. Empty where nothing matches.
+/// Reads mesh files once for all that a plan needs of them; scenes and CAD files all in one process
+/// of the mesher's. What is no mesh has a hash and no more, what is not there not even that: its
+/// task will say why.
+/// @throws StorageError  the mesher cannot be started
+std::vector<FoundFile> find_files(const std::vector<std::string>& paths);
+
+/// The objects of an entry in one of its files.
+/// @throws InputError  the file has no node of a name that the entry asks for
+std::vector<FoundMesh> chosen_nodes(const scene::NodeChoice& choice, const FoundFile& file);
+
+/// Objects in the files of an entry of `objects:`, in the order of their names. Empty where nothing
+/// matches.
 std::vector<FoundMesh> find_meshes(const scene::Object& object);
+
+/// SHA-256 of a mesh file; of a glTF file with the files that it names.
+/// @throws FileError  it cannot be read
+std::string mesh_sha256(const std::string& path);
 
 /// Fills Shape::identity, so that one shape under two names, turned, at another size or with its
 /// vertices numbered otherwise falls into one part of a split. Of files the signature's name (that

@@ -35,7 +35,8 @@ namespace {
 
 /// Where its folder says train or test, validation is a fraction of train.
 std::string part_of_shape(const configuration::BuildConfig& config, const Shape& shape) {
-  if (shape.given_part == "test") return "test";
+  if (shape.given_part == "test" || (!shape.place.empty() && !shape.given_part.empty()))
+    return shape.given_part;
   if (shape.given_part.empty()) return part_of_split(config, shape.identity, "split.shape");
   core::RandomStream random(config.seed, core::stable_hash(shape.identity), "split.shape");
   return random.uniform() < config.split.validation ? "validation" : "train";
@@ -129,20 +130,52 @@ void add_family(const configuration::BuildConfig& config, std::size_t index, Bui
   }
 }
 
+std::string joined_name(const std::string& entry, const std::string& file,
+                        const std::string& node) {
+  std::string name = entry.empty() ? file : fmt::format("{}-{}", entry, file);
+  if (!node.empty()) name += "-" + node;
+  return name;
+}
+
+/// Names tell files of one entry apart, in other folders too where a pattern looks there.
+std::string name_of(const configuration::ObjectSource& source, const FoundMesh& mesh) {
+  const scene::Object& object = source.object;
+  std::filesystem::path path(mesh.path);
+  if (source.row && !source.row->name.empty()) return joined_name("", source.row->name, mesh.node);
+  if (!object.named_by_folder) return joined_name(object.name, path.stem().string(), mesh.node);
+  std::filesystem::path fixed;
+  for (const std::filesystem::path& part : std::filesystem::path(object.pattern)) {
+    if (part.string().find_first_of("*?[") != std::string::npos) break;
+    fixed /= part;
+  }
+  path = path.lexically_relative(fixed);
+  std::string name = (path.parent_path() / path.stem()).generic_string();
+  if (name == "." || name.empty()) name = path.stem().string();
+  std::replace(name.begin(), name.end(), '/', '-');
+  return joined_name(object.name, name, mesh.node);
+}
+
 void add_files(const configuration::BuildConfig& config, std::size_t index, const FindMeshes& find,
                BuildPlan& plan) {
   const scene::Object& object = config.objects[index].object;
   const std::vector<FoundMesh> meshes = find ? find(index) : find_meshes(object);
   if (meshes.empty()) {
-    throw InputError(fmt::format("objects[{}].{}: nothing matches {}", index,
-                                 object.modelnet ? "modelnet" : "mesh", object.pattern));
+    throw InputError(fmt::format("objects[{}].{}: nothing matches {}", config.objects[index].entry,
+                                 object.modelnet          ? "modelnet"
+                                 : object.named_by_folder ? "glob"
+                                                          : "mesh",
+                                 object.pattern));
   }
   for (const FoundMesh& mesh : meshes) {
     Shape shape;
-    const std::string stem = std::filesystem::path(mesh.path).stem().string();
-    shape.id =
-        core::file_safe(object.name.empty() ? stem : fmt::format("{}-{}", object.name, stem));
+    shape.id = core::file_safe(name_of(config.objects[index], mesh));
     shape.family = object.name.empty() ? "mesh" : object.name;
+    if (const auto& row = config.objects[index].row) {
+      if (!row->family.empty()) shape.family = row->family;
+      shape.given_part = row->part;
+      shape.place = row->place;
+      shape.labels = row->labels;
+    }
     if (object.modelnet) {
       const auto [family, part] = configuration::modelnet_place(mesh.path);
       shape.family = family;
@@ -152,6 +185,7 @@ void add_files(const configuration::BuildConfig& config, std::size_t index, cons
     shape.source = index;
     shape.request.file = object.file;
     shape.request.file.path = mesh.path;
+    shape.request.file.node = mesh.node;
     shape.sha256 = mesh.sha256;
     shape.signature = mesh.signature;
     shape.surface = mesh.surface;
@@ -277,7 +311,8 @@ BuildPlan make_plan(const configuration::BuildConfig& config, const FindMeshes& 
   for (Shape& shape : plan.shapes) {
     if (!ids.insert(shape.id).second) {
       throw InputError(fmt::format("two shapes are named \"{}\"", shape.id),
-                       "give one of the entries of objects another `name:`");
+                       shape.place.empty() ? "give one of the entries of objects another `name:`"
+                                           : shape.place + ": give the row a name of its own");
     }
     shape.request.options = config.mesh;
     shape.solver = solver_of(config, shape);
@@ -340,6 +375,7 @@ std::string fingerprint(const configuration::BuildConfig& config, const BuildPla
         .add(shape.sha256)
         .add(shape.identity)
         .add(solvers::mesh::to_json(shape.request).dump());
+    if (!shape.labels.empty()) hash.add(nlohmann::json(shape.labels).dump());
   }
   for (const Sample& sample : plan.samples) hash.add(sample.key).add("\n");
   return hash.hex();

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,6 +14,7 @@ namespace carillon::dataset::plan {
 
 /// The surface of a mesh file, in the file's own unit of length.
 struct FileSurface {
+  double unit = 1;  ///< that the file says it is in [m]
   solvers::mesh::Box bounds;
   double area = 0, volume = 0;  ///< the volume that it encloses
 };
@@ -34,10 +36,12 @@ struct Shape {
   scene::SolverDecision solver;
   std::vector<Variant> variants;
   std::string split_shape;  ///< train, validation or test
-  std::string given_part;   ///< train or test where the file's folder says it; "" elsewhere
+  std::string given_part;   ///< where the file's folder or a manifest says it; "" elsewhere
   std::string identity;     ///< what decides the split; shapes of equal surfaces have the same
   std::string sha256;       ///< of the file; "" for generated shapes
-  solvers::mesh::ShapeSignature signature;  ///< of the file; empty where it cannot be read
+  solvers::mesh::ShapeSignature signature;    ///< of the file; empty where it cannot be read
+  std::string place;                          ///< of its row in a manifest; "" where there is none
+  std::map<std::string, std::string> labels;  ///< of that row
   std::optional<FileSurface> surface;  ///< of the file; nothing where it cannot be read, or holds
                                        ///< tetrahedra
 };
@@ -72,14 +76,17 @@ struct BuildPlan {
   std::vector<BuildTask> tasks;
 };
 
-/// A mesh file of an entry of `objects:`, what decides where its samples go and what it will cost.
+/// An object in a mesh file of an entry of `objects:`, what decides where its samples go and what
+/// it will cost.
 struct FoundMesh {
   std::string path;
-  std::string sha256;
+  std::string sha256;                       ///< "" where the file is not there
   solvers::mesh::ShapeSignature signature;  ///< empty where it cannot be read
   std::optional<FileSurface> surface;       ///< as Shape::surface
+  std::string node;                         ///< the object is this node alone; "": all of the file
 };
-/// Mesh files of an entry by its index in BuildConfig::objects, in the order of their names.
+/// Objects in the files of an entry by its index in BuildConfig::objects, in the order of the
+/// files' names and then of their nodes.
 using FindMeshes = std::function<std::vector<FoundMesh>(std::size_t)>;
 
 /// Expands a configuration: files are looked up, parameters drawn, samples numbered.

@@ -119,6 +119,7 @@ nlohmann::json describe_shapes(const plan::BuildPlan& plan, const nlohmann::json
       entry["sha256"] = shape.sha256;
       entry["signature"] = shape.signature;
     }
+    if (!shape.labels.empty()) entry["labels"] = shape.labels;
     if (pitch_targets.contains(shape.id)) {
       // The mesh that was kept, not the one that the search began with.
       const nlohmann::json& target = pitch_targets.at(shape.id);

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "dataset/plan/identities.hpp"
 #include "dataset/run/build.hpp"
 
 namespace carillon::dataset::run {
@@ -25,7 +26,7 @@ class SharedMeshes {
   plan::FindMeshes of(const configuration::BuildConfig& config) const;
 
  private:
-  std::map<std::string, std::vector<plan::FoundMesh>> by_key_;
+  std::map<std::string, std::vector<plan::FoundFile>> by_key_;
 };
 
 }  // namespace carillon::dataset::run

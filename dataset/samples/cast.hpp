@@ -22,6 +22,7 @@ struct Actor {
   double ball_radius = 0;                            ///< of a ball; 0: none
   std::optional<synth::contact::RigidSource> click;  ///< where clicks are heard
   solvers::mesh::SurfaceMesh surface;
+  std::vector<Vec3> colours;  ///< at its vertices; empty for none
   solvers::mesh::Box box;
 };
 

@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "core/error.hpp"
 #include "core/files.hpp"
 #include "core/hdf5.hpp"
 #include "core/image.hpp"
@@ -15,6 +16,7 @@
 #include "scene/turned_sets.hpp"
 #include "solvers/families/families.hpp"
 #include "solvers/mesh/mesh_warnings.hpp"
+#include "solvers/mesher/file_contents.hpp"
 #include "solvers/modes/modes_file.hpp"
 #include "synth/motion/convex_hull.hpp"
 
@@ -44,11 +46,29 @@ double slowness(const Elastic& elastic, double size) {
   return size * std::sqrt(elastic.density / elastic.youngs_modulus);
 }
 
+/// The file's own colours at the vertices; none where it has none, or where they cannot be read: a
+/// picture is no reason for an object to fail.
+std::vector<Vec3> colours_of(const configuration::BuildConfig& config, const plan::Shape& shape,
+                             const solvers::mesh::SurfaceMesh& surface) {
+  if (shape.path.empty()) return {};
+  try {
+    return solvers::mesher::colours_in_child(shape.request.file, surface.vertices,
+                                             config.limits.mesh);
+  } catch (const core::Error& error) {
+    spdlog::warn("{}: its colours are left out: {}", shape.id, error.message());
+    return {};
+  }
+}
+
 void write_views(const configuration::BuildConfig& config, const plan::Shape& shape,
                  const solvers::modes::ModeSurface& surface, const BuildFolders& folders,
                  const core::Hdf5Group& file, core::Trace& trace,
                  std::vector<std::string>& written) {
   const solvers::mesh::SurfaceMesh flat = solvers::modes::flatten(surface);
+  const bool is_drawn = config.camera || (config.motion && config.motion->camera);
+  const std::vector<Vec3> colours =
+      is_drawn ? colours_of(config, shape, flat) : std::vector<Vec3>();
+  write_colours(file, colours);
   if (config.voxels) {
     const core::ScopedTimer timer(trace.effects["voxels"]);
     const render::VoxelGrid grid = render::voxelize(flat, *config.voxels);
@@ -62,8 +82,9 @@ void write_views(const configuration::BuildConfig& config, const plan::Shape& sh
   }
   if (config.camera) {
     const core::ScopedTimer timer(trace.effects["frames"]);
-    const core::Image image = render::render_frame(
-        flat, *config.camera, render::appearance_of(shape.variants.front().material));
+    render::Appearance appearance = render::appearance_of(shape.variants.front().material);
+    appearance.colours = colours;
+    const core::Image image = render::render_frame(flat, *config.camera, appearance);
     file.write<std::uint8_t>(
         "frame", image.pixels,
         {1, static_cast<std::uint64_t>(image.height), static_cast<std::uint64_t>(image.width),
@@ -321,11 +342,28 @@ solvers::pitch::PitchResult make_sets(const configuration::BuildConfig& config,
   return result;
 }
 
+/// The same; what is wrong with a manifest's file names its row.
+solvers::pitch::PitchResult make_placed_sets(const configuration::BuildConfig& config,
+                                             const plan::Shape& shape, const BuildFolders& folders,
+                                             MPI_Comm comm, core::Trace& trace) {
+  const auto placed = [&shape](const core::Error& error) {
+    return shape.place.empty() ? error.message()
+                               : fmt::format("{}: {}", shape.place, error.message());
+  };
+  try {
+    return make_sets(config, shape, folders, comm, trace);
+  } catch (const core::InputError& error) {
+    throw core::InputError(placed(error), error.hint());
+  } catch (const core::FileError& error) {
+    throw core::FileError(placed(error), error.hint());
+  }
+}
+
 }  // namespace
 
 ModesTaskResult run_modes_task(const configuration::BuildConfig& config, const plan::Shape& shape,
                                const BuildFolders& folders, MPI_Comm comm, core::Trace& trace) {
-  const solvers::pitch::PitchResult made = make_sets(config, shape, folders, comm, trace);
+  const solvers::pitch::PitchResult made = make_placed_sets(config, shape, folders, comm, trace);
   const std::vector<solvers::modes::Modes>& modes = made.sets;
   const solvers::mesh::MeshRequest request = final_request(shape, made.report);
   ModesTaskResult result;

@@ -20,6 +20,10 @@ void add_labels(const configuration::BuildConfig& config, const plan::Shape& sha
   columns.add("id", sample.id);
   columns.add("shape", shape.id);
   columns.add("family", shape.family);
+  for (const std::string& name : configuration::named_labels(config)) {
+    const auto label = shape.labels.find(name);
+    columns.add("label_" + name, label == shape.labels.end() ? std::string() : label->second);
+  }
   columns.add("material", variant.material);
   columns.add("size", variant.size);
   columns.add("strike", static_cast<std::int64_t>(sample.strike));

@@ -37,7 +37,24 @@ std::vector<synth::surface::RegionMoments> read_moments(const core::Hdf5Group& f
   return moments;
 }
 
+std::vector<Vec3> read_colours(const core::Hdf5Group& file) {
+  std::vector<Vec3> colours;
+  if (!file.has("colours")) return colours;
+  const auto values = file.read<double>("colours");
+  for (std::size_t i = 0; i + 2 < values.size(); i += 3)
+    colours.emplace_back(values[i], values[i + 1], values[i + 2]);
+  return colours;
+}
+
 }  // namespace
+
+void write_colours(const core::Hdf5Group& file, const std::vector<Vec3>& colours) {
+  if (colours.empty()) return;
+  std::vector<double> values;
+  for (const Vec3& colour : colours) values.insert(values.end(), colour.begin(), colour.end());
+  file.write<double>("colours", values, {colours.size(), 3});
+  file.write_attribute("unit", "1", "colours");
+}
 
 void write_moments(const core::Hdf5Group& file,
                    const std::vector<synth::surface::RegionMoments>& moments) {
@@ -93,6 +110,7 @@ ShapeModes::ShapeModes(const configuration::BuildConfig& config, const plan::Sha
   }
   hulls_ = read_hulls(file);
   moments_ = read_moments(file);
+  colours_ = read_colours(file);
 }
 
 solvers::modes::Modes ShapeModes::of(std::size_t variant) const {

@@ -24,6 +24,8 @@ class ShapeModes {
   const solvers::modes::ModeSurface& surface() const { return solved_.front().surface; }
   /// Corners of the object's convex pieces at size 1 [m]; empty where the build has no motion.
   const std::vector<std::vector<Vec3>>& hulls() const { return hulls_; }
+  /// Colours of the file at the surface's vertices; empty where it has none, or nothing is drawn.
+  const std::vector<Vec3>& colours() const { return colours_; }
   /// Of its regions at size 1; empty where it has one only.
   const std::vector<synth::surface::RegionMoments>& moments() const { return moments_; }
 
@@ -34,6 +36,7 @@ class ShapeModes {
   std::vector<solvers::modes::Modes> solved_;
   std::vector<std::vector<Vec3>> hulls_;
   std::vector<synth::surface::RegionMoments> moments_;
+  std::vector<Vec3> colours_;
 };
 
 /// Estimated pitch errors of every mode of every set of a modes file [cent].
@@ -42,6 +45,9 @@ std::vector<double> read_pitch_errors(const core::Hdf5Group& file);
 
 /// Writes the pieces as `hulls/points` [n, 3] and `hulls/first` [pieces + 1].
 void write_hulls(const core::Hdf5Group& file, const std::vector<std::vector<Vec3>>& hulls);
+
+/// Writes `colours` [vertices, 3]; nothing where there are none.
+void write_colours(const core::Hdf5Group& file, const std::vector<Vec3>& colours);
 
 /// Writes `moments/volume` [regions], `moments/centroid` [regions, 3] and `moments/spread`
 /// [regions, 3, 3].

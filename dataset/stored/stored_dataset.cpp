@@ -1,4 +1,5 @@
 #include "dataset/stored/stored_dataset.hpp"
+#include "dataset/plan/identities.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -58,8 +59,9 @@ std::vector<std::string> find_inputs(const StoredDataset& dataset) {
   };
   const std::string file = (dataset.folder / "configuration.yaml").string();
   core::ConfigNode root = core::ConfigNode::parse(dataset.configuration, file);
-  const auto kept = [&](const std::string& key) {
-    const fs::path copy = fs::absolute(dataset.folder) / "inputs" / key;
+  /// @param named  what the copy is named after, where that is not the key
+  const auto kept = [&](const std::string& key, const std::string& named = "") {
+    const fs::path copy = fs::absolute(dataset.folder) / "inputs" / (named.empty() ? key : named);
     if (fs::exists(copy)) overrides.push_back(assignment(key, copy));
     return fs::exists(copy);
   };
@@ -71,9 +73,20 @@ std::vector<std::string> find_inputs(const StoredDataset& dataset) {
   std::vector<core::ConfigNode> objects = root.children("objects");
   for (std::size_t i = 0; i < objects.size(); ++i) {
     const std::string key = fmt::format("objects[{}].", i);
-    if (objects[i].has("svg") && !kept(key + "svg"))
-      add_if(key + "svg", objects[i].text("svg"), false);
-    if (objects[i].has("mesh")) add_if(key + "mesh", objects[i].text("mesh"), true);
+    for (const char* profile : {"svg", "csv"}) {
+      if (objects[i].has(profile) && !kept(key + profile, key + "profile"))
+        add_if(key + profile, objects[i].text(profile), false);
+    }
+    for (const char* files : {"mesh", "glob"})
+      if (objects[i].has(files)) add_if(key + files, objects[i].text(files), true);
+    if (objects[i].has("manifest")) {
+      // The copy lies elsewhere than the files that it names.
+      const std::string manifest = objects[i].text("manifest");
+      const fs::path beside = fs::path(manifest).parent_path();
+      add_if(key + "folder", objects[i].text("folder", beside.empty() ? "." : beside.string()),
+             false);
+      if (!kept(key + "manifest")) add_if(key + "manifest", manifest, false);
+    }
     if (objects[i].has("modelnet")) add_if(key + "modelnet", objects[i].text("modelnet"), false);
   }
   if (root.has("motion")) {
@@ -102,10 +115,12 @@ plan::FindMeshes meshes_of(const json& description) {
     std::vector<plan::FoundMesh> found;
     for (const json& shape : shapes) {
       if (!shape.contains("sha256") || shape.at("object").get<std::size_t>() != object) continue;
-      found.push_back({shape.at("request").at("file").at("path").get<std::string>(),
+      const json& file = shape.at("request").at("file");
+      found.push_back({file.at("path").get<std::string>(),
                        shape.at("sha256").get<std::string>(),
                        shape.at("signature").get<solvers::mesh::ShapeSignature>(),
-                       {}});
+                       {},
+                       file.value("node", "")});
     }
     return found;
   };
@@ -139,7 +154,7 @@ void verify_inputs(StoredDataset& dataset) {
   for (const plan::Shape& shape : dataset.build.plan.shapes) {
     std::error_code error;
     if (shape.path.empty() || !fs::is_regular_file(shape.path, error)) continue;
-    if (core::sha256_file(shape.path) != shape.sha256) {
+    if (plan::mesh_sha256(shape.path) != shape.sha256) {
       dataset.doubts.push_back(
           fmt::format("{} is not the mesh any more that {} was made of", shape.path, shape.id));
     }

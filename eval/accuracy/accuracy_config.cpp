@@ -48,26 +48,20 @@ void read_levels(ConfigNode levels, const StudiedObject& otherwise, StudiedObjec
   object.size_factors = positive(levels, "element_size_factors", otherwise.size_factors);
 }
 
-/// Whether the name ends like a surface that the mesher reads.
-bool is_surface(const std::string& path) {
-  const std::string ending = solvers::mesh::readers::mesh_extension(path);
-  return ending == ".obj" || ending == ".off" || ending == ".ply" || ending == ".stl";
-}
-
 /// An object whose elements can have any size.
 void read_source(ConfigNode& node, const std::string& file_name, const scene::Object& source,
                  StudiedObject& object) {
   object.request = only_mesh(node, source);
   object.any_size = source.file.any_size;
   if (!source.family.empty()) return;
+  if (!source.manifest.empty())
+    node.fail("manifest", "a study has one object for each entry", "name each file as `mesh:`");
   const std::string& path = source.pattern;
   if (scene::gives_tetrahedra(object.request)) {
     node.fail("mesh", fmt::format("{}: the elements of an MSH file have one size", path),
               "a study meshes at several sizes: write their surface as OBJ, OFF, PLY or STL");
   }
-  if (!is_surface(path)) {
-    node.fail("mesh", fmt::format("{}: surfaces are OBJ, OFF, PLY or STL files", path));
-  }
+  at_key(node, "mesh", [&] { return solvers::mesh::readers::kind_of(path); });
   object.optional = node.flag("optional", false);
   if (!object.optional && !node.has("stand_in") && !std::filesystem::exists(path)) {
     node.fail("mesh", fmt::format("{}: no such file", path),

@@ -1,8 +1,12 @@
 #include "render/detail/drawing.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <vector>
+
+#include "core/error.hpp"
 
 namespace carillon::render {
 
@@ -24,6 +28,16 @@ void set_integer(const Program& program, const char* name, int value) {
   glUniform1i(glGetUniformLocation(program.get(), name), value);
 }
 
+Vec3 reflectance_of(const Appearance& appearance) {
+  return appearance.colours.empty() ? appearance.color : Vec3::Ones();
+}
+
+void check_colours(const Appearance& appearance, const solvers::mesh::SurfaceMesh& mesh) {
+  if (appearance.colours.empty() || appearance.colours.size() == mesh.vertices.size()) return;
+  throw core::InputError(fmt::format("appearance: {} colours of {} vertices",
+                                     appearance.colours.size(), mesh.vertices.size()));
+}
+
 Texture make_target(GLint internal, GLenum format, GLenum type, int width, int height) {
   Texture texture;
   glGenTextures(1, texture.put());
@@ -36,6 +50,8 @@ Texture make_target(GLint internal, GLenum format, GLenum type, int width, int h
 
 namespace {
 
+constexpr GLuint colour_location = 2;
+
 void upload(Buffer& buffer, const std::vector<float>& values, GLuint location) {
   glGenBuffers(1, buffer.put());
   glBindBuffer(GL_ARRAY_BUFFER, buffer.get());
@@ -47,12 +63,19 @@ void upload(Buffer& buffer, const std::vector<float>& values, GLuint location) {
 
 }  // namespace
 
-DrawableMesh::DrawableMesh(const ShadingMesh& mesh)
+DrawableMesh::DrawableMesh(const ShadingMesh& mesh, std::span<const Vec3> colours)
     : count_(static_cast<GLsizei>(mesh.indices.size())) {
   glGenVertexArrays(1, array_.put());
   glBindVertexArray(array_.get());
   upload(positions_, mesh.positions, 0);
   upload(normals_, mesh.normals, 1);
+  if (!colours.empty()) {
+    std::vector<float> values;
+    for (const std::int32_t source : mesh.sources)
+      for (const double value : colours[static_cast<std::size_t>(source)])
+        values.push_back(static_cast<float>(value));
+    upload(colours_, values, colour_location);
+  }
   glGenBuffers(1, indices_.put());
   glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, indices_.get());
   glBufferData(GL_ELEMENT_ARRAY_BUFFER,
@@ -62,6 +85,7 @@ DrawableMesh::DrawableMesh(const ShadingMesh& mesh)
 
 void DrawableMesh::draw() const {
   glBindVertexArray(array_.get());
+  glVertexAttrib3f(colour_location, 1, 1, 1);  // where the mesh has none of its own
   glDrawElements(GL_TRIANGLES, count_, GL_UNSIGNED_INT, nullptr);
 }
 

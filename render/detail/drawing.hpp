@@ -2,10 +2,12 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <span>
 #include <string>
 
 #include "core/image.hpp"
 #include "render/detail/offscreen.hpp"
+#include "render/frame.hpp"
 #include "render/shading_mesh.hpp"
 
 namespace carillon::render {
@@ -16,13 +18,19 @@ void set_vector(const Program& program, const std::string& name, const Vec3& val
 void set_number(const Program& program, const char* name, double value);
 void set_integer(const Program& program, const char* name, int value);
 
+/// The factor that a mesh's colours have; what it is without them.
+Vec3 reflectance_of(const Appearance& appearance);
+/// @throws InputError  colours that are not as many as the mesh's vertices
+void check_colours(const Appearance& appearance, const solvers::mesh::SurfaceMesh& mesh);
+
 /// Texture of one level without filtering, where something is drawn to.
 Texture make_target(GLint internal, GLenum format, GLenum type, int width, int height);
 
 /// A mesh's buffers on the side of OpenGL.
 class DrawableMesh {
  public:
-  explicit DrawableMesh(const ShadingMesh& mesh);
+  /// @param colours  at the vertices that `mesh` was made of; empty: all are (1, 1, 1)
+  explicit DrawableMesh(const ShadingMesh& mesh, std::span<const Vec3> colours = {});
   void draw() const;
 
  private:
@@ -30,6 +38,7 @@ class DrawableMesh {
   VertexArray array_;
   Buffer positions_;
   Buffer normals_;
+  Buffer colours_;
   Buffer indices_;
 };
 

@@ -30,10 +30,13 @@ void main() { color = vec4(vec3(mix(0.52, 0.80, 0.5 + 0.5 * height)), 1.0); }
 inline constexpr const char* body_vertex = R"(#version 330 core
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
+layout(location = 2) in vec3 colour;
 uniform mat4 clip_from_body;
 out vec3 body_position;
 out vec3 body_normal;
+out vec3 body_colour;
 void main() {
+  body_colour = colour;
   body_position = position;
   body_normal = normal;
   gl_Position = clip_from_body * vec4(position, 1.0);
@@ -44,6 +47,7 @@ void main() {
 inline constexpr const char* body_fragment = R"(
 in vec3 body_position;
 in vec3 body_normal;
+in vec3 body_colour;
 out vec4 color;
 uniform mat4 light_from_body;
 uniform vec3 eye;
@@ -68,7 +72,7 @@ void main() {
   vec3 v = normalize(eye - body_position);
   vec3 n = normalize(body_normal);
   if (!gl_FrontFacing) n = -n;
-  color = vec4(shade(n, v, reflectance, lit_by_key(n)), 1.0);
+  color = vec4(shade(n, v, reflectance * body_colour, lit_by_key(n)), 1.0);
 }
 )";
 

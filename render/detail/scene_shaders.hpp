@@ -31,6 +31,7 @@ void main() {
 inline constexpr const char* scene_vertex = R"(#version 330 core
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
+layout(location = 2) in vec3 colour;
 uniform mat4 clip_from_world;
 uniform mat4 world_from_mesh;
 uniform mat4 face_from_world;
@@ -38,7 +39,9 @@ uniform mat3 world_from_normal;
 out vec3 world_position;
 out vec3 world_normal;
 out vec3 face_position;
+out vec3 own_colour;
 void main() {
+  own_colour = colour;
   vec4 world = world_from_mesh * vec4(position, 1.0);
   world_position = world.xyz;
   world_normal = world_from_normal * normal;
@@ -130,7 +133,7 @@ void main() {
       n = world_from_face * map_normal(uv, length(eye - world_position) * pixel_angle / slant);
     }
   }
-  put(world_position, n, reflectance, lit_by_key(world_position, geometric));
+  put(world_position, n, reflectance * own_colour, lit_by_key(world_position, geometric));
 }
 )";
 

@@ -1,6 +1,7 @@
 #include "solvers/mesh/mesh_warnings.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cmath>
 
@@ -15,10 +16,17 @@ std::string in_words(double mass) {
   return mass >= 1 ? fmt::format("{:.4g} kg", mass) : fmt::format("{:.4g} g", 1000 * mass);
 }
 
+/// The first few of them.
+std::string shortened(const std::vector<std::string>& names) {
+  constexpr std::size_t shown = 5;
+  if (names.size() <= shown) return fmt::format("{}", fmt::join(names, ", "));
+  return fmt::format("{}, ...", fmt::join(names.begin(), names.begin() + shown, ", "));
+}
+
 }  // namespace
 
 std::string unit_question(const MeshFile& file, double longest, double mass) {
-  if (file.length > 0 || file.unit != 1 || file.any_size) return "";
+  if (file.length > 0 || (file.unit > 0 && file.unit != 1) || file.any_size) return "";
   if (!(longest > usual_length || mass > usual_mass)) return "";
   return fmt::format(
       "{:.3g} m{}: is the file in millimetres? Say unit: mm, or length: {:.4g} mm; any_size: true "
@@ -34,6 +42,12 @@ std::vector<std::string> mesh_warnings(const MeshFile& file, const MeshResult& m
   if (std::string question = unit_question(file, longest, mass); !question.empty())
     warnings.push_back(std::move(question));
   const RepairReport& repair = mesh.repair;
+  if (!repair.joined.empty()) {
+    warnings.push_back(fmt::format(
+        "{} nodes of the file are one body: {}; one of them alone is node: {}, each for itself "
+        "nodes: each",
+        repair.joined.size(), shortened(repair.joined), repair.joined.front()));
+  }
   if (std::abs(repair.volume_change) > volume_change) {
     warnings.push_back(fmt::format("the repair changed the volume by {:+.1f} %, from {} to {}",
                                    100 * repair.volume_change,

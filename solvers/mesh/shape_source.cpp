@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <set>
+#include <string_view>
 #include <type_traits>
 #include <utility>
 
@@ -87,6 +89,7 @@ void visit_fields(D& d, Visit visit) {
     visit("swallowed_volume", d.swallowed_volume);
     visit("swallowed_surfaces", d.swallowed_surfaces);
     visit("filled_area", d.filled_area);
+    visit("joined", d.joined);
     visit("wrap_alpha", d.wrap_alpha);
   } else if constexpr (std::is_same_v<Plain, MeshQuality>) {
     visit("elements", d.elements);
@@ -107,6 +110,7 @@ void visit_fields(D& d, Visit visit) {
     visit("profile", d.profile);
   } else if constexpr (std::is_same_v<Plain, MeshFile>) {
     visit("path", d.path);
+    visit("node", d.node);
     visit("length", d.length);
     visit("unit", d.unit);
     visit("any_size", d.any_size);
@@ -133,10 +137,15 @@ json fields_to_json(const D& d) {
   return out;
 }
 
+/// Fields that requests and reports in older datasets lack.
+const std::set<std::string_view> newer_fields = {"node", "joined"};
+
 template <class D>
 D fields_from_json(const json& in) {
   D d;
   visit_fields(d, [&in](const char* name, auto& value) {
+    // What an earlier version did not write has its default.
+    if (!in.contains(name) && newer_fields.contains(name)) return;
     if constexpr (std::is_same_v<std::decay_t<decltype(value)>, double>) {
       value = core::number_or_nan(in.at(name));
     } else {

@@ -22,10 +22,12 @@ struct GeneratedShape {
 
 /// A body that a file describes, or triangles in memory as a file would hold them.
 struct MeshFile {
-  std::string path;     ///< .obj .off .ply .stl surface, .msh tetrahedra; or the name of `surface`
+  std::string path;     ///< any that readers::kind_of() knows; or the name of `surface`
+  std::string node;     ///< of a file that has several: this one alone; "": all, as one body
   SurfaceMesh surface;  ///< where it has triangles: these, in memory, and no file
   double length = 0;    ///< longest side [m] the body is scaled to; 0: as the file says
-  double unit = 1;      ///< of the file's coordinates, where there is no length [m]
+  /// Of the file's coordinates, where there is no length [m]; 0: what the file says, or else 1 m.
+  double unit = 0;
   bool any_size = false;          ///< lets a body outside 1 mm to 10 m pass
   double thickness = 0;           ///< [m] given to open sheets; 0: an open sheet is not a body
   double wrap_tolerance = 0.002;  ///< alpha-wrap offset as a fraction of the box diagonal
@@ -83,8 +85,9 @@ struct RepairReport {
   /// taken for solid [m^3].
   double swallowed_volume = 0;
   std::int64_t swallowed_surfaces = 0;
-  double filled_area = 0;  ///< of the holes that were filled, over the surface's
-  double wrap_alpha = 0;   ///< gaps narrower than this were closed by a wrap [m]; 0: there is none
+  double filled_area = 0;           ///< of the holes that were filled, over the surface's
+  std::vector<std::string> joined;  ///< names of the file's nodes, where several became one body
+  double wrap_alpha = 0;  ///< gaps narrower than this were closed by a wrap [m]; 0: there is none
 };
 
 /// A surface that bounds a body, and what became of the one that was read.

@@ -12,7 +12,7 @@
 #include "family_shapes.hpp"
 #include "mesh_checks.hpp"
 #include "solvers/families/detail/profile.hpp"
-#include "solvers/mesh/tetrahedra/detail/surface_search.hpp"
+#include "solvers/mesh/tetrahedra/surface_search.hpp"
 #include "tests/solvers/written_files.hpp"
 
 namespace carillon::test {

@@ -54,6 +54,7 @@ render::Scene picture_of(const SimulationStage& stage, const scene::motion::Moti
     const Actor& actor = *stage.actors[b];
     body.mesh = actor.surface;
     body.appearance = render::appearance_of(actor.ringing.materials->front().name);
+    body.appearance.colours = actor.colours;
     body.texture = stage.moving[b].texture;
     if (const auto& texture = motion.bodies[b - first].texture) {
       body.appearance = look_of(*texture).value_or(body.appearance);

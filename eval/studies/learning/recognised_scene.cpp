@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "core/config_text.hpp"
 #include "core/error.hpp"
 #include "core/json.hpp"
 #include "scene/material_json.hpp"
@@ -47,6 +48,8 @@ std::string source_of(const solvers::mesh::MeshRequest& request, const std::stri
                              "run where the dataset was built");
     }
     text = fmt::format("mesh: \"{}\"", fs::absolute(file.path).lexically_normal().string());
+    if (!file.node.empty()) text += fmt::format(", nodes: [{}]", core::yaml_text(file.node));
+    if (file.unit > 0) text += fmt::format(", unit: {} m", file.unit);
   } else if (!profile.empty()) {
     std::vector<std::string> corners;
     for (const auto& [radius, height] : profile) {

@@ -62,9 +62,8 @@ SurfaceMesh read_surface(const std::string& path) {
   if (extension == ".ply") read = read_ply;
   if (extension == ".stl") read = read_stl;
   if (read == nullptr) {
-    throw core::InputError(
-        fmt::format("{}: unknown kind of mesh file \"{}\"", path, extension),
-        "surfaces are read from .obj, .off, .ply and .stl, tetrahedra from .msh");
+    kind_of(path);  // throws where nobody reads it
+    throw core::InputError(fmt::format("{}: has no triangles of its own", path));
   }
   const std::string bytes = without_byte_order_mark(core::read_file(path));
   SurfaceMesh mesh = triangulate(read(path, bytes));
@@ -78,7 +77,7 @@ bool gives_tetrahedra(const MeshFile& file) {
   return file.surface.triangles.empty() && mesh_extension(file.path) == ".msh";
 }
 
-double scale_to_metres(const Box& box, const MeshFile& file) {
+double scale_to_metres(const Box& box, const MeshFile& file, double own_unit) {
   const double longest = box.longest_side();
   if (!std::isfinite(longest)) {
     throw core::InputError(fmt::format("{}: the coordinates are too large to measure", file.path));
@@ -86,7 +85,8 @@ double scale_to_metres(const Box& box, const MeshFile& file) {
   if (!(longest > 0)) {
     throw core::InputError(fmt::format("{}: all vertices lie at one point", file.path));
   }
-  const double length = file.length > 0 ? file.length : file.unit * longest;
+  const double length =
+      file.length > 0 ? file.length : (file.unit > 0 ? file.unit : own_unit) * longest;
   if (!file.any_size && (length < smallest || length > largest)) {
     std::string hint = "any_size: true lets it pass";
     const Unit* unit = file.length > 0 ? nullptr : likely_unit(longest);

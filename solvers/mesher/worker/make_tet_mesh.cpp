@@ -13,67 +13,18 @@
 #include "solvers/mesh/readers/read_mesh.hpp"
 #include "solvers/mesh/repair/repair.hpp"
 #include "solvers/mesh/tetrahedra/mesher.hpp"
-#include "solvers/mesh/weld.hpp"
 #include "solvers/mesher/cached_cbor.hpp"
 #include "solvers/mesher/mesh_child.hpp"
+#include "solvers/mesher/worker/read_file.hpp"
 
 namespace carillon::solvers::mesher {
 namespace {
 
 namespace fs = std::filesystem;
 
-void scale(std::vector<Vec3>& points, double factor) {
-  if (factor == 1) return;
-  for (Vec3& p : points) p *= factor;
-}
-
-/// Corners of the boundary faces as a surface of its own.
-mesh::SurfaceMesh boundary_surface(const mesh::TetMesh& mesh) {
-  mesh::SurfaceMesh surface;
-  std::vector<std::int32_t> number(mesh.nodes.size(), -1);
-  const auto per_face = static_cast<std::size_t>(elements::nodes_per_face(mesh.order));
-  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
-    mesh::Triangle t;
-    for (std::size_t i = 0; i < 3; ++i) {
-      const auto node = static_cast<std::size_t>(mesh.faces[f * per_face + i]);
-      if (number[node] < 0) {
-        number[node] = static_cast<std::int32_t>(surface.vertices.size());
-        surface.vertices.push_back(mesh.nodes[node]);
-      }
-      t[i] = number[node];
-    }
-    surface.triangles.push_back(t);
-  }
-  return surface;
-}
-
-mesh::TetMesh scaled_msh(const mesh::MeshFile& file) {
-  mesh::TetMesh mesh = mesh::readers::read_msh(file.path);
-  scale(mesh.nodes, mesh::readers::scale_to_metres(mesh::bounding_box(mesh.nodes), file));
-  return mesh;
-}
-
-mesh::SurfaceMesh given_surface(const mesh::MeshFile& file) {
-  mesh::SurfaceMesh surface = file.surface;
-  for (const mesh::Triangle& t : surface.triangles)
-    for (const std::int32_t v : t)
-      if (!surface.vertices[static_cast<std::size_t>(v)].allFinite())
-        throw core::InputError(fmt::format("{}: vertex {} is not finite", file.path, v));
-  mesh::drop_unreferenced(surface);
-  return surface;
-}
-
-mesh::SurfaceMesh scaled_surface(const mesh::MeshFile& file) {
-  mesh::SurfaceMesh surface =
-      file.surface.triangles.empty() ? mesh::readers::read_surface(file.path) : given_surface(file);
-  scale(surface.vertices,
-        mesh::readers::scale_to_metres(mesh::bounding_box(surface.vertices), file));
-  return surface;
-}
-
 mesh::MeshResult mesh_of_tetrahedra(const mesh::MeshRequest& request) {
   mesh::MeshResult result;
-  result.mesh = scaled_msh(request.file);
+  result.mesh = scaled_tetrahedra(request.file);
   const auto count = static_cast<std::int64_t>(result.mesh.element_count());
   if (count > request.options.max_elements) {
     throw core::LimitError(fmt::format("{}: {} tetrahedra are more than the {} allowed",
@@ -90,8 +41,10 @@ mesh::MeshResult mesh_of_tetrahedra(const mesh::MeshRequest& request) {
 
 mesh::RepairedBody repaired_body(const mesh::MeshFile& file, const fs::path& cache) {
   const auto repair = [&file] {
+    const FileSurface read = scaled_surface(file);
     mesh::RepairedBody body;
-    body.surface = mesh::repair::repair(scaled_surface(file), file, body.diagnosis, body.repair);
+    body.surface = mesh::repair::repair(read.surface, file, body.diagnosis, body.repair);
+    body.repair.joined = read.joined;
     return body;
   };
   if (cache.empty()) return repair();
@@ -155,8 +108,8 @@ mesh::Diagnosis diagnose_file(const mesh::MeshFile& file) {
   mesh::MeshFile any = file;
   any.any_size = true;  // a wrong unit shows in the extent
   return mesh::repair::diagnose(mesh::readers::gives_tetrahedra(file)
-                                    ? boundary_surface(scaled_msh(any))
-                                    : scaled_surface(any));
+                                    ? boundary_surface(scaled_tetrahedra(any))
+                                    : scaled_surface(any).surface);
 }
 
 }  // namespace carillon::solvers::mesher

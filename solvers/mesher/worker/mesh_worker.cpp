@@ -13,6 +13,7 @@
 #include <new>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 #include "core/error.hpp"
 #include "core/files.hpp"
@@ -20,6 +21,7 @@
 #include "solvers/mesh/shape_source.hpp"
 #include "solvers/mesher/mesh_child.hpp"
 #include "solvers/mesher/worker/make_tet_mesh.hpp"
+#include "solvers/mesher/worker/read_file.hpp"
 
 namespace {
 
@@ -40,14 +42,27 @@ void limit_myself(const json& request) {
   }
 }
 
+json colours(const solvers::mesh::MeshFile& file, const std::vector<double>& coordinates) {
+  std::vector<carillon::Vec3> points;
+  for (std::size_t i = 0; i + 2 < coordinates.size(); i += 3)
+    points.emplace_back(coordinates[i], coordinates[i + 1], coordinates[i + 2]);
+  json flat = json::array();
+  for (const carillon::Vec3& colour : solvers::mesher::colours_of(file, points))
+    for (const double value : colour) flat.push_back(value);
+  return flat;
+}
+
 json work(const json& request) {
-  if (request.at("task") == "diagnose") {
-    const auto mesh_request = solvers::mesh::mesh_request_from_json(request.at("request"));
+  const std::string task = request.at("task");
+  if (task == "contents")
+    return solvers::mesher::describe_files(request.at("paths").get<std::vector<std::string>>());
+  const auto mesh_request = solvers::mesh::mesh_request_from_json(request.at("request"));
+  if (task == "diagnose")
     return solvers::mesh::to_json(solvers::mesher::diagnose_file(mesh_request.file));
-  }
+  if (task == "colours")
+    return colours(mesh_request.file, request.at("points").get<std::vector<double>>());
   return solvers::mesh::to_json(
-      solvers::mesher::make_tet_mesh(solvers::mesh::mesh_request_from_json(request.at("request")),
-                                     request.at("cache").get<std::string>()));
+      solvers::mesher::make_tet_mesh(mesh_request, request.at("cache").get<std::string>()));
 }
 
 json error(const char* kind, const core::Error& e) {

@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "solvers/mesh/curve_mesh.hpp"
-#include "solvers/mesh/tetrahedra/detail/surface_search.hpp"
+#include "solvers/mesh/tetrahedra/surface_search.hpp"
 
 namespace carillon::solvers::mesh::tetrahedra {
 

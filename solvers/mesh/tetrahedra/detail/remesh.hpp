@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "solvers/mesh/tetrahedra/detail/size_field.hpp"
-#include "solvers/mesh/tetrahedra/detail/surface_search.hpp"
+#include "solvers/mesh/tetrahedra/surface_search.hpp"
 
 namespace carillon::solvers::mesh::tetrahedra {
 

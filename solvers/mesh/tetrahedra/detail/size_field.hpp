@@ -3,7 +3,7 @@
 #include <numbers>
 #include <vector>
 
-#include "solvers/mesh/tetrahedra/detail/surface_search.hpp"
+#include "solvers/mesh/tetrahedra/surface_search.hpp"
 
 namespace carillon::solvers::mesh::tetrahedra {
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "solvers/mesh/tet_mesh.hpp"
-#include "solvers/mesh/tetrahedra/detail/surface_search.hpp"
+#include "solvers/mesh/tetrahedra/surface_search.hpp"
 
 namespace carillon::solvers::mesh::tetrahedra {
 

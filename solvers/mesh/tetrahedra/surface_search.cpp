@@ -1,4 +1,4 @@
-#include "solvers/mesh/tetrahedra/detail/surface_search.hpp"
+#include "solvers/mesh/tetrahedra/surface_search.hpp"
 
 #include <CGAL/AABB_traits.h>
 #include <CGAL/AABB_tree.h>
