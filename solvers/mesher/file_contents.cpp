@@ -4,7 +4,7 @@
 
 #include "core/error.hpp"
 #include "core/storage_error.hpp"
-#include "solvers/mesh/readers/read_mesh.hpp"
+#include "solvers/mesh/readers/file_kind.hpp"
 #include "solvers/mesher/detail/ask_child.hpp"
 
 namespace carillon::solvers::mesher {
@@ -43,7 +43,8 @@ std::vector<FileContents> read_contents(const std::vector<std::string>& paths,
   std::vector<FileContents> all;
   if (paths.empty()) return all;
   try {
-    for (const json& one : ask_child({{"task", "contents"}, {"paths", paths}}, paths.front(), limits))
+    for (const json& one :
+         ask_child({{"task", "contents"}, {"paths", paths}}, paths.front(), limits))
       all.push_back(contents_from_json(one));
     return all;
   } catch (const core::StorageError&) {
@@ -70,9 +71,9 @@ std::vector<Vec3> colours_in_child(const mesh::MeshFile& file, const std::vector
   request.file = file;
   std::vector<double> coordinates;
   for (const Vec3& p : points) coordinates.insert(coordinates.end(), p.data(), p.data() + 3);
-  const json colours = ask_child(
-      {{"task", "colours"}, {"request", mesh::to_json(request)}, {"points", coordinates}}, file.path,
-      limits);
+  const json colours =
+      ask_child({{"task", "colours"}, {"request", mesh::to_json(request)}, {"points", coordinates}},
+                file.path, limits);
   std::vector<Vec3> read;
   for (std::size_t i = 0; i + 2 < colours.size(); i += 3)
     read.emplace_back(colours[i].get<double>(), colours[i + 1].get<double>(),

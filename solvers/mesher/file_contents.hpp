@@ -33,8 +33,8 @@ struct FileContents {
 std::vector<FileContents> read_contents(const std::vector<std::string>& paths,
                                         const ChildLimits& limits);
 
-/// Colours of a file's base colour (factor, picture and corners' colours) at points of the body that
-/// it describes, by the nearest face: linear reflectance, red, green and blue, 0 to 1.
+/// Colours of a file's base colour (factor, picture and corners' colours) at points of the body
+/// that it describes, by the nearest face: linear reflectance, red, green and blue, 0 to 1.
 /// @param points  [m]
 /// @return as many as points; none where the file has no colours, or its format none that are read
 /// @throws as mesh_in_child()

@@ -11,7 +11,7 @@ import mesh_files
 from program import CARILLON, FolderTest, run, run_json
 
 SIDES = numpy.array([0.12, 0.05, 0.02])
-SOLVE = ("--material", "steel", "--order", "2", "--max-frequency", "15 kHz")
+SOLVE = ("--material", "steel", "--order", "2")
 
 
 def named(name, vertices, triangles, **transform):
@@ -124,8 +124,7 @@ class Formats(FolderTest):
                  ((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1))]
         text = "$NOD\n4\n" + "".join("%d %g %g %g\n" % (i + 1, *p) for i, p in enumerate(nodes))
         (self.folder / "old.msh").write_text(text + "$ENDNOD\n$ELM\n1\n1 4 1 1 4 1 2 3 4\n$ENDELM\n")
-        modes = run_json("modes", self.folder / "old.msh", *SOLVE, "--order", "3",
-                         "--max-frequency", "80 kHz")
+        modes = run_json("modes", self.folder / "old.msh", "--material", "steel", "--max-frequency", "80 kHz")
         self.assertGreater(len(modes["modes"]), 3)
 
 
@@ -208,8 +207,8 @@ class Datasets(FolderTest):
         self.assertIn("a-body0-0-Lid", shapes)
         self.assertEqual(run("check", output).returncode, 0)
         # What is stored is made again.
-        sample = run_json("regenerate", output, "--sample", "a-body0-0-Lid/steel/1.0/strike-0001")
-        self.assertTrue(sample["identical"], sample)
+        sample = run_json("regenerate", output, "--sample", "a-body0-0-Lid/steel/1/strike-0001")
+        self.assertTrue(sample["samples"][0]["identical"], sample)
 
     def test_a_table_of_files(self):
         self.meshes(self.folder / "table", 6)
@@ -240,8 +239,8 @@ class Datasets(FolderTest):
         self.assertEqual(len(rows), 4)
         # From the folder alone, with the table that it keeps.
         (self.folder / "table" / "objects.csv").rename(self.folder / "table" / "away.csv")
-        sample = run_json("regenerate", output, "--sample", "body2-2/steel/1.0/strike-0001")
-        self.assertTrue(sample["identical"], sample)
+        sample = run_json("regenerate", output, "--sample", "body2-2/steel/1/strike-0001")
+        self.assertTrue(sample["samples"][0]["identical"], sample)
 
     def test_every_wrong_row_is_told(self):
         (self.folder / "wrong.csv").write_text(
@@ -277,8 +276,8 @@ class Datasets(FolderTest):
         self.assertGreater(red, 1000)
         self.assertEqual(blue, 0)
         red, blue = reds_and_blues("striped")
-        self.assertGreater(red, 300)
-        self.assertGreater(blue, 300)
+        self.assertGreater(red, 200)
+        self.assertGreater(blue, 200)
         red, blue = reds_and_blues("plain")  # the material's own blue
         self.assertEqual(red, 0)
         self.assertGreater(blue, 300)

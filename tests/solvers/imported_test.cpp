@@ -6,9 +6,13 @@
 #include <turbojpeg.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
+#include <memory>
 #include <numbers>
+#include <string_view>
 
 #include "core/base64.hpp"
 #include "core/error.hpp"
@@ -49,8 +53,10 @@ class CadTest : public ::testing::Test {
 
 TEST_F(CadTest, SolidsAreNodesInMillimetres) {
   const double plate = 80 * 40 * 10 - pi * 36 * 10, ball = 4.0 / 3 * pi * std::pow(15, 3);
-  for (const char* name : {"parts.step", "parts.brep", "parts.STP"}) {
-    const ImportedFile file = import_file(written(name));
+  std::filesystem::copy_file(written("parts.step"), folder_ / "copy.STP");
+  for (const char* name : {"parts.step", "parts.brep", "copy.STP"}) {
+    if (std::string_view(name) == "parts.brep") written(name);
+    const ImportedFile file = import_file((folder_ / name).string());
     ASSERT_EQ(file.nodes.size(), 2u) << name;
     EXPECT_EQ(file.unit, 1e-3);
     std::vector<double> volumes;
@@ -67,22 +73,70 @@ TEST_F(CadTest, SolidsAreNodesInMillimetres) {
   }
 }
 
-TEST_F(CadTest, FacesOfIgesAreSewnToSolids) {
-  const ImportedFile file = import_file(written("parts.iges"));
-  const SurfaceMesh whole = node_surface(file, "parts.iges", "");
+/// A line of an IGES file: 72 columns, a section's letter and the line's number in it.
+std::string iges_line(const std::string& text, char section, int number) {
+  return fmt::format("{:<72}{}{:>7}\n", text, section, number);
+}
+
+/// Six flat B-spline patches that bound a block, in inches.
+std::string iges_block(const std::array<double, 3>& sides) {
+  std::string directory, parameters;
+  int entry = 1, line = 1;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const double at : {0.0, sides[static_cast<std::size_t>(axis)]}) {
+      std::vector<std::string> words = {"128", "1",  "1",  "1",  "1",  "0",  "0",  "1",
+                                        "0",   "0",  "0.", "0.", "1.", "1.", "0.", "0.",
+                                        "1.",  "1.", "1.", "1.", "1.", "1."};
+      for (const auto& [u, v] : {std::pair(0, 0), {1, 0}, {0, 1}, {1, 1}}) {
+        std::array<double, 3> point{};
+        const auto one = static_cast<std::size_t>((axis + 1) % 3);
+        const auto other = static_cast<std::size_t>((axis + 2) % 3);
+        point[static_cast<std::size_t>(axis)] = at;
+        point[one] = u * sides[one];
+        point[other] = v * sides[other];
+        for (const double c : point) words.push_back(fmt::format("{:.6f}", c));
+      }
+      for (const char* end : {"0.", "1.", "0.", "1."}) words.push_back(end);
+      std::vector<std::string> lines(1);
+      for (std::size_t i = 0; i < words.size(); ++i) {
+        const std::string word = words[i] + (i + 1 < words.size() ? "," : ";");
+        if (lines.back().size() + word.size() > 64) lines.emplace_back();
+        lines.back() += word;
+      }
+      directory += iges_line(fmt::format("{:>8}{:>8}{:>8}{:>8}{:>8}{:>8}{:>8}{:>8}{:>8}", 128, line,
+                                         0, 0, 0, 0, 0, 0, "00000000"),
+                             'D', entry);
+      directory += iges_line(fmt::format("{:>8}{:>8}{:>8}{:>8}{:>8}", 128, 0, 0, lines.size(), 0),
+                             'D', entry + 1);
+      for (const std::string& text : lines)
+        parameters += iges_line(fmt::format("{:<64}{:>8}", text, entry), 'P', line++);
+      entry += 2;
+    }
+  }
+  return iges_line("", 'S', 1) +
+         iges_line("1H,,1H;,4Hpart,4Hpart,4Htest,1H1,32,38,6,308,15,4Hpart,1.,1,2HIN,1,0.1,", 'G',
+                   1) +
+         iges_line("15H20260101.000000,1.E-6,10.,4Htest,4Htest,11,0;", 'G', 2) + directory +
+         parameters +
+         iges_line(fmt::format("S{:>7}G{:>7}D{:>7}P{:>7}", 1, 2, entry - 1, line - 1), 'T', 1);
+}
+
+TEST_F(CadTest, FacesOfIgesAreSewnToASolidInTheFilesUnit) {
+  const std::string path = (folder_ / "block.igs").string();
+  std::ofstream(path) << iges_block({3, 2, 1});
+  const ImportedFile file = import_file(path);
+  const SurfaceMesh whole = node_surface(file, path, "");
   EXPECT_TRUE(repair::diagnose(whole).closed);
-  const double volume =
-      80 * 40 * 10 - pi * 36 * 10 + 4.0 / 3 * pi * std::pow(15, 3);
-  EXPECT_NEAR(std::abs(signed_volume(whole)) / volume, 1, 0.01);
+  const double volume = 6 * std::pow(0.0254, 3);
+  EXPECT_NEAR(std::abs(signed_volume(whole)) * std::pow(file.unit, 3) / volume, 1, 1e-6);
 }
 
 TEST_F(CadTest, CornersStayCorners) {
   const ImportedFile file = import_file(written("parts.step"));
   const SurfaceMesh whole = node_surface(file, "parts.step", "");
   for (const Vec3& corner : {Vec3(0, 0, 0), Vec3(80, 40, 10), Vec3(80, 0, 10)}) {
-    const bool is_there =
-        std::any_of(whole.vertices.begin(), whole.vertices.end(),
-                    [&](const Vec3& v) { return (v - corner).norm() < 1e-6; });
+    const bool is_there = std::any_of(whole.vertices.begin(), whole.vertices.end(),
+                                      [&](const Vec3& v) { return (v - corner).norm() < 1e-6; });
     EXPECT_TRUE(is_there) << corner.transpose();
   }
 }
@@ -125,8 +179,7 @@ std::string textured_square(const core::TemporaryFolder& folder, const std::stri
 }
 
 /// Red, green above blue, white: the upper row first.
-const core::Image four_colours{
-    2, 2, 3, {255, 0, 0, 0, 255, 0, 0, 0, 255, 255, 255, 255}};
+const core::Image four_colours{2, 2, 3, {255, 0, 0, 0, 255, 0, 0, 0, 255, 255, 255, 255}};
 
 /// Colours at the middles of the picture's quarters, in the same order.
 std::vector<Vec3> quarters(const std::string& path) {
@@ -176,8 +229,8 @@ TEST(Paint, MeansBetweenPixelsAreOfLinearLight) {
   const core::Image grey{2, 1, 3, {0, 0, 0, 255, 255, 255}};
   const std::string path = textured_square(folder, core::png_bytes("square", grey), "png");
   const ImportedFile file = import_file(path, true);
-  const auto colours = colours_at(node_surface(file, path, ""), node_paint(file, ""),
-                                  std::vector<Vec3>{{1, 0, 1}});
+  const auto colours =
+      colours_at(node_surface(file, path, ""), node_paint(file, ""), std::vector<Vec3>{{1, 0, 1}});
   EXPECT_NEAR(colours[0].x(), 0.5, 1e-6);
 }
 

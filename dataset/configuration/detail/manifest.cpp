@@ -44,8 +44,8 @@ class Row {
 };
 
 /// Columns that mean something to a build.
-const std::set<std::string, std::less<>> own_columns = {"file", "length", "unit", "thickness", "material",
-                                           "node", "name",   "family", "split"};
+const std::set<std::string, std::less<>> own_columns = {
+    "file", "length", "unit", "thickness", "material", "node", "name", "family", "split"};
 
 /// What `read` throws names its column.
 void in_column(const char* column, const std::function<void()>& read) {
@@ -71,8 +71,9 @@ ObjectSource source_of(const ObjectSource& entry, const Row& row,
   ManifestRow& said = source.row.emplace();
   in_column("file", [&] {
     if (row.cell("file").empty()) throw core::InputError("is empty");
-    object.pattern =
-        (std::filesystem::path(object.manifest_folder) / row.cell("file")).lexically_normal().string();
+    object.pattern = (std::filesystem::path(object.manifest_folder) / row.cell("file"))
+                         .lexically_normal()
+                         .string();
     solvers::mesh::readers::kind_of(object.pattern);
   });
   in_column("length", [&] {
@@ -120,10 +121,10 @@ std::vector<ObjectSource> rows_of_manifest(const ObjectSource& entry,
   const std::string& manifest = entry.object.manifest;
   const core::CsvTable table = core::read_csv(manifest, '#');
   if (!table.column("file")) {
-    throw core::InputError(
-        fmt::format("{} has no column file", manifest),
-        "its first line names the columns: file, and as wanted length or unit, thickness, material, "
-        "node, name, family, split; any other is a label");
+    throw core::InputError(fmt::format("{} has no column file", manifest),
+                           "its first line names the columns: file, and as wanted length or unit, "
+                           "thickness, material, "
+                           "node, name, family, split; any other is a label");
   }
   std::vector<std::string> labels;
   for (const std::string& column : table.head.cells) {

@@ -9,7 +9,7 @@
 #include "core/error.hpp"
 #include "core/units.hpp"
 #include "solvers/mesh/imported/detail/formats.hpp"
-#include "solvers/mesh/readers/read_mesh.hpp"
+#include "solvers/mesh/readers/file_kind.hpp"
 
 namespace carillon::solvers::mesh::imported {
 
@@ -38,9 +38,9 @@ void name_apart(ImportedFile& file) {
 ImportedFile import_file(const std::string& path, bool paint) {
   const bool is_scene = readers::kind_of(path) == readers::FileKind::scene;
   ImportedFile file = is_scene ? read_scene(path, paint) : read_cad(path);
-  std::erase_if(file.nodes, [](const ImportedNode& node) { return node.surface.triangles.empty(); });
-  if (file.nodes.empty())
-    throw core::InputError(fmt::format("{}: the file has no faces", path));
+  std::erase_if(file.nodes,
+                [](const ImportedNode& node) { return node.surface.triangles.empty(); });
+  if (file.nodes.empty()) throw core::InputError(fmt::format("{}: the file has no faces", path));
   for (const ImportedNode& node : file.nodes) {
     for (const Vec3& vertex : node.surface.vertices) {
       if (!vertex.allFinite())

@@ -25,8 +25,8 @@ struct ImportedFile {
 /// none longer than a tenth of the body).
 ///
 /// Transforms of the nodes are applied; bodies stand with z up, turned where the format says that y
-/// or x is (x, y, z of glTF become x, -z, y). Lines and points are left out, skins and morph targets
-/// are at rest. Corners at one place are one vertex.
+/// or x is (x, y, z of glTF become x, -z, y). Lines and points are left out, skins and morph
+/// targets are at rest. Corners at one place are one vertex.
 /// @param paint  base colours are read too, with the pictures that they are in
 /// @throws InputError  malformed, or nothing in it has faces
 /// @throws FileError   cannot be read

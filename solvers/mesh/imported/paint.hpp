@@ -29,8 +29,8 @@ struct Paint {
   bool shows() const;
 };
 
-/// Colours at points on or near a surface: of the nearest place of the nearest face. Pictures repeat
-/// beyond their borders and are interpolated between pixels in linear light.
+/// Colours at points on or near a surface: of the nearest place of the nearest face. Pictures
+/// repeat beyond their borders and are interpolated between pixels in linear light.
 /// @param surface  triangles that `paint` has a face of each
 /// @return as many as points
 std::vector<Vec3> colours_at(const SurfaceMesh& surface, const Paint& paint,

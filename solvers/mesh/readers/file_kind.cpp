@@ -1,5 +1,8 @@
+#include "solvers/mesh/readers/file_kind.hpp"
+
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <cctype>
 #include <cstdio>
 #include <filesystem>
@@ -8,7 +11,6 @@
 
 #include "core/error.hpp"
 #include "core/files.hpp"
-#include "solvers/mesh/readers/read_mesh.hpp"
 
 namespace carillon::solvers::mesh::readers {
 namespace {
@@ -18,11 +20,11 @@ struct Ending {
   FileKind kind;
 };
 constexpr Ending endings[] = {
-    {".obj", FileKind::surface}, {".off", FileKind::surface},     {".ply", FileKind::surface},
-    {".stl", FileKind::surface}, {".msh", FileKind::tetrahedra},  {".glb", FileKind::scene},
-    {".gltf", FileKind::scene},  {".dae", FileKind::scene},       {".fbx", FileKind::scene},
-    {".3mf", FileKind::scene},   {".x3d", FileKind::scene},       {".step", FileKind::cad},
-    {".stp", FileKind::cad},     {".iges", FileKind::cad},        {".igs", FileKind::cad},
+    {".obj", FileKind::surface}, {".off", FileKind::surface},    {".ply", FileKind::surface},
+    {".stl", FileKind::surface}, {".msh", FileKind::tetrahedra}, {".glb", FileKind::scene},
+    {".gltf", FileKind::scene},  {".dae", FileKind::scene},      {".fbx", FileKind::scene},
+    {".3mf", FileKind::scene},   {".x3d", FileKind::scene},      {".step", FileKind::cad},
+    {".stp", FileKind::cad},     {".iges", FileKind::cad},       {".igs", FileKind::cad},
     {".brep", FileKind::cad}};
 
 /// How formats that are not read become one that is.
@@ -47,34 +49,26 @@ constexpr Conversion conversions[] = {
     {" .node .ele .poly ", "meshio convert FILE.ele out.msh keeps its tetrahedra"},
     {" .gz .zip .7z .xz .bz2 .tar ", "unpack it first"}};
 
-/// A glTF file's `uri`s name files beside it, percent-encoded; `data:` holds the bytes themselves.
-std::string decoded(const std::string& uri) {
-  std::string text;
-  for (std::size_t i = 0; i < uri.size(); ++i) {
-    const auto digit = [&](std::size_t at) {
-      return at < uri.size() && std::isxdigit(static_cast<unsigned char>(uri[at])) != 0;
-    };
-    if (uri[i] == '%' && digit(i + 1) && digit(i + 2)) {
-      text += static_cast<char>(std::stoi(uri.substr(i + 1, 2), nullptr, 16));
-      i += 2;
-    } else {
-      text += uri[i];
-    }
-  }
-  return text;
-}
-
 }  // namespace
+
+std::string mesh_extension(const std::string& path) {
+  std::string extension = std::filesystem::path(path).extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension;
+}
 
 FileKind kind_of(const std::string& path) {
   const std::string extension = mesh_extension(path);
   for (const Ending& known : endings)
     if (extension == known.ending) return known.kind;
   std::string hint =
-      "read are surfaces (.obj, .off, .ply, .stl), scenes (.glb, .gltf, .dae, .fbx, .3mf, .x3d), CAD "
+      "read are surfaces (.obj, .off, .ply, .stl), scenes (.glb, .gltf, .dae, .fbx, .3mf, .x3d), "
+      "CAD "
       "(.step, .iges, .brep) and tetrahedra (.msh)";
   for (const Conversion& conversion : conversions) {
-    if (!extension.empty() && conversion.endings.find(" " + extension + " ") != std::string_view::npos)
+    if (!extension.empty() &&
+        conversion.endings.find(" " + extension + " ") != std::string_view::npos)
       hint = conversion.how;
   }
   throw core::InputError(fmt::format("{}: {} is no kind of mesh file that is read", path,
@@ -99,7 +93,24 @@ bool is_old_msh(const std::string& path) {
       std::sscanf(bytes.c_str() + at + begin.size(), "%lf %d", &version, &binary) != 2) {
     return false;
   }
-  return version < 2 || (version >= 3 && version < 4) || (version < 4.05 && binary == 1 && version >= 4);
+  return version < 2 || (version >= 3 && version < 4) ||
+         (version < 4.05 && binary == 1 && version >= 4);
+}
+
+std::string decoded_uri(const std::string& uri) {
+  std::string text;
+  for (std::size_t i = 0; i < uri.size(); ++i) {
+    const auto digit = [&](std::size_t at) {
+      return at < uri.size() && std::isxdigit(static_cast<unsigned char>(uri[at])) != 0;
+    };
+    if (uri[i] == '%' && digit(i + 1) && digit(i + 2)) {
+      text += static_cast<char>(std::stoi(uri.substr(i + 1, 2), nullptr, 16));
+      i += 2;
+    } else {
+      text += uri[i];
+    }
+  }
+  return text;
 }
 
 std::vector<std::string> files_of(const std::string& path, bool pictures) {
@@ -111,8 +122,8 @@ std::vector<std::string> files_of(const std::string& path, bool pictures) {
     for (const auto& part : scene.at(list)) {
       if (!part.is_object() || !part.contains("uri") || !part.at("uri").is_string()) continue;
       const std::string uri = part.at("uri");
-      if (uri.starts_with("data:")) continue;
-      const auto file = std::filesystem::path(path).parent_path() / decoded(uri);
+      if (uri.starts_with("data:")) continue;  // the bytes themselves
+      const auto file = std::filesystem::path(path).parent_path() / decoded_uri(uri);
       std::error_code missing;
       if (std::filesystem::is_regular_file(file, missing)) files.push_back(file.string());
     }

@@ -3,9 +3,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
-#include <filesystem>
 #include <utility>
 
 #include "core/error.hpp"
@@ -46,13 +44,6 @@ const Unit* likely_unit(double longest) {
 }
 
 }  // namespace
-
-std::string mesh_extension(const std::string& path) {
-  std::string extension = std::filesystem::path(path).extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension;
-}
 
 SurfaceMesh read_surface(const std::string& path) {
   const std::string extension = mesh_extension(path);

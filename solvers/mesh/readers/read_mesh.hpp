@@ -1,8 +1,8 @@
 #pragma once
 
 #include <string>
-#include <vector>
 
+#include "solvers/mesh/readers/file_kind.hpp"
 #include "solvers/mesh/shape_source.hpp"
 
 namespace carillon::solvers::mesh::readers {
@@ -22,32 +22,6 @@ SurfaceMesh read_surface(const std::string& path);
 ///                     not share whole faces (a hanging node)
 /// @throws FileError   cannot be read
 TetMesh read_msh(const std::string& path);
-
-/// Ending of a file name in small letters, e.g. ".obj"; decides which reader is used.
-std::string mesh_extension(const std::string& path);
-
-/// Who reads a mesh file, by its ending.
-enum class FileKind {
-  surface,     ///< read_surface()
-  tetrahedra,  ///< read_msh()
-  scene,       ///< imported::import_file(), in the mesher's process: nodes with names
-  cad          ///< likewise: solids
-};
-/// @throws InputError  no kind that is read; says how to convert those that are known
-FileKind kind_of(const std::string& path);
-
-/// Whether it has nodes (or solids) with names, of which each can be an object.
-bool has_nodes(const std::string& path);
-
-/// Whether an MSH file is of a version that only Gmsh itself reads: 1, or 4.0 in binary.
-/// @throws FileError  cannot be read
-bool is_old_msh(const std::string& path);
-
-/// The files that hold a mesh: its own, and what a glTF file has beside it. In the order in which
-/// they are named; those that are not there are left out.
-/// @param pictures  those of textures too
-/// @throws FileError  cannot be read
-std::vector<std::string> files_of(const std::string& path, bool pictures);
 
 /// Whether a body comes as tetrahedra, which cannot be made smaller, and not as a surface.
 bool gives_tetrahedra(const MeshFile& file);

@@ -109,7 +109,8 @@ json ask_child(json question, const std::string& what, const ChildLimits& limits
     throw core::StorageError(fmt::format("{}: cannot be written", file.string()), folder_hint);
   }
 
-  const ChildExit exit = run_child(worker_program(), {file.string(), reply.string()}, limits.seconds);
+  const ChildExit exit =
+      run_child(worker_program(), {file.string(), reply.string()}, limits.seconds);
   if (exit.timed_out || exit.signal != 0 || exit.code != 0 || !fs::exists(reply)) {
     throw_death(exit, what, limits);
   }

@@ -38,8 +38,9 @@ imported::ImportedFile read_nodes(const mesh::MeshFile& file) {
   if (!file.surface.triangles.empty()) return {1, {{"", given_surface(file), {}}}};
   if (readers::has_nodes(file.path)) return imported::import_file(file.path);
   if (!file.node.empty()) {
-    throw core::InputError(fmt::format("{}: the file has no nodes with names", file.path),
-                           "leave out node: glTF, DAE, FBX, 3MF, X3D, STEP and IGES files have some");
+    throw core::InputError(
+        fmt::format("{}: the file has no nodes with names", file.path),
+        "leave out node: glTF, DAE, FBX, 3MF, X3D, STEP and IGES files have some");
   }
   return {1, {{"", readers::read_surface(file.path), {}}}};
 }

@@ -4,6 +4,7 @@
 #include <assimp/scene.h>
 #include <fmt/core.h>
 
+#include <assimp/DefaultIOSystem.h>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <assimp/Importer.hpp>
@@ -14,7 +15,7 @@
 #include "core/files.hpp"
 #include "solvers/mesh/imported/detail/formats.hpp"
 #include "solvers/mesh/imported/detail/read_picture.hpp"
-#include "solvers/mesh/readers/read_mesh.hpp"
+#include "solvers/mesh/readers/file_kind.hpp"
 #include "solvers/mesh/weld.hpp"
 
 namespace carillon::solvers::mesh::imported {
@@ -117,7 +118,10 @@ class Coats {
     if (texture != nullptr) {
       bytes.assign(reinterpret_cast<const char*>(texture->pcData), texture->mWidth);
     } else {
-      bytes = core::read_file(std::filesystem::path(path_).parent_path() / name);
+      const std::filesystem::path folder = std::filesystem::path(path_).parent_path();
+      std::error_code missing;
+      const bool as_named = std::filesystem::exists(folder / name, missing);
+      bytes = core::read_file(folder / (as_named ? name : readers::decoded_uri(name)));
     }
     const auto image = std::make_shared<const core::Image>(
         read_picture(fmt::format("{}, picture {}", path_, name), bytes));
@@ -173,6 +177,21 @@ void add_paint(const aiMesh& mesh, unsigned places, Paint::Coat coat, bool mirro
   }
 }
 
+/// Files beside a scene, by names that may be percent-encoded.
+class FilesByUri : public Assimp::DefaultIOSystem {
+ public:
+  bool Exists(const char* name) const override {
+    return Assimp::DefaultIOSystem::Exists(name) ||
+           Assimp::DefaultIOSystem::Exists(readers::decoded_uri(name).c_str());
+  }
+  Assimp::IOStream* Open(const char* name, const char* mode) override {
+    Assimp::IOStream* file = Assimp::DefaultIOSystem::Open(name, mode);
+    return file != nullptr
+               ? file
+               : Assimp::DefaultIOSystem::Open(readers::decoded_uri(name).c_str(), mode);
+  }
+};
+
 class SceneReader {
  public:
   SceneReader(const aiScene& scene, Coats* coats, ImportedFile& file)
@@ -210,6 +229,7 @@ class SceneReader {
 ImportedFile read_scene(const std::string& path, bool paint) {
   core::read_file(path);  // says why, where it cannot be read
   Assimp::Importer importer;
+  importer.SetIOHandler(new FilesByUri);  // the importer's own from here on
   importer.SetPropertyBool(AI_CONFIG_IMPORT_FBX_PRESERVE_PIVOTS, false);
   unsigned steps = aiProcess_Triangulate;
   if (paint) steps |= aiProcess_TransformUVCoords;

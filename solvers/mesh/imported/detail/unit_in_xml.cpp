@@ -56,12 +56,11 @@ double metres_of(std::string_view name) {
 }  // namespace
 
 double unit_in_xml(const std::string& path, const std::string& extension) {
-  const std::string text =
-      extension == ".3mf" ? unpacked(path, ".model") : core::read_file(path);
+  const std::string text = extension == ".3mf" ? unpacked(path, ".model") : core::read_file(path);
   pugi::xml_document document;
   if (const auto outcome = document.load_buffer(text.data(), text.size()); !outcome)
-    throw core::InputError(fmt::format("{}: {} (byte {} of its XML)", path, outcome.description(),
-                                       outcome.offset));
+    throw core::InputError(
+        fmt::format("{}: {} (byte {} of its XML)", path, outcome.description(), outcome.offset));
   if (extension == ".3mf") return metres_of(document.child("model").attribute("unit").value());
   double unit = 1;
   if (extension == ".dae") {
