@@ -62,8 +62,10 @@ void write_views(const configuration::BuildConfig& config, const plan::Shape& sh
   }
   if (config.camera) {
     const core::ScopedTimer timer(trace.effects["frames"]);
+    const std::string& material = shape.variants.front().material;
     const core::Image image = render::render_frame(
-        flat, *config.camera, render::appearance_of(shape.variants.front().material));
+        flat, *config.camera,
+        render::appearance_of(material, synth::material::group_of(material, config.own_materials)));
     file.write<std::uint8_t>(
         "frame", image.pixels,
         {1, static_cast<std::uint64_t>(image.height), static_cast<std::uint64_t>(image.width),

@@ -238,7 +238,8 @@ class Errors(FolderTest):
             error = json.loads(result.stdout)["error"]
             self.assertEqual(error["kind"], "InputError")
             self.assertIn("stel", error["message"])
-            self.assertIn("steel", error["hint"])
+            self.assertIn("did you mean \"steel\"?", error["message"])
+            self.assertIn("carillon list materials", error["hint"])
             self.assertIn(f"carillon: {error['message']}\n  hint: {error['hint']}\n", result.stderr)
         missing = json.loads(run("--json", "features", "missing.wav").stdout)["error"]
         self.assertEqual((missing["kind"], "missing.wav" in missing["message"]), ("FileError", True))
