@@ -342,6 +342,20 @@ class Others(FolderTest):
         steel = {m["name"]: m for m in run_json("list", "materials")}["steel"]
         self.assertEqual(steel["youngs_modulus_pa"], 2e11)
 
+    def test_walls_of_a_room_have_names(self):
+        options = ["bar", "-m", "steel", "--pitch-cents", "off", "--max-frequency", "5 kHz", "--listener", "0,0,1",
+                   "--set", "room.dimensions=[5, 4, 3]", "--set", "room.source=[2, 2, 1]"]
+        def tail(*walls):
+            heard = run_json("strike", *options, *walls, "-o", self.folder / "room.wav")
+            return heard["record"]["room_rt60"][3]
+        bare = tail("--set", "room.walls=concrete")
+        carpeted = tail("--set", "room.walls={others: concrete, floor: carpet_heavy}")
+        self.assertGreater(bare, 4 * carpeted)
+        self.assertEqual(bare, tail("--set", "room.absorption=[0.01, 0.01, 0.02, 0.02, 0.02, 0.05]"))
+        refused = run("strike", *options, "--set", "room.walls=conkrete", "-o", self.folder / "none.wav")
+        self.assertEqual(refused.returncode, 2)
+        self.assertIn('did you mean "concrete"?', refused.stderr)
+
     def test_effects_are_listed_with_key_and_stage(self):
         effects = {e["name"]: e for e in run_json("list", "effects")}
         self.assertEqual((effects["tail"]["key"], effects["tail"]["stage"]), ("room", "audio"))

@@ -44,7 +44,7 @@ class Installed(FolderTest):
         manual = gzip.decompress((share / "man" / "man1" / "carillon.1.gz").read_bytes())
         self.assertEqual(manual.decode(), run("manual").stdout)
         for path in ("bash-completion/completions/carillon", "carillon/configs/smoke.yaml", "carillon/materials.yaml",
-                     "carillon/scripts/plot_accuracy", "fish/vendor_completions.d/carillon.fish"):
+                     "carillon/walls.yaml", "carillon/scripts/plot_accuracy", "fish/vendor_completions.d/carillon.fish"):
             self.assertTrue((share / path).is_file(), path)
 
 
