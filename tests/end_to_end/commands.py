@@ -342,6 +342,26 @@ class Others(FolderTest):
         steel = {m["name"]: m for m in run_json("list", "materials")}["steel"]
         self.assertEqual(steel["youngs_modulus_pa"], 2e11)
 
+    def test_lists_are_searched_by_words(self):
+        found = run_json("list", "materials", "bronze")
+        self.assertEqual({m["name"] for m in found}, {"phosphor_bronze", "aluminium_bronze", "bell_bronze"})
+        self.assertTrue(all(m["group"] == "metal" and m["source"] for m in found))
+        for m in found:
+            self.assertAlmostEqual(m["bar_speed_m_per_s"] ** 2, m["youngs_modulus_pa"] / m["density_kg_m3"], places=3)
+        woods = run_json("list", "materials", "wood handbook", "MAPLE")
+        self.assertEqual([m["name"] for m in woods], ["maple"])
+        table = run("list", "materials", "bell_bronze").stdout
+        self.assertIn("C91300", table)
+        self.assertNotIn("C91300", run("list", "materials").stdout)
+        self.assertEqual(len(run("list", "materials").stdout.splitlines()), len(run_json("list", "materials")) + 3)
+        self.assertEqual(run_json("list", "materials", "unobtainium"), [])
+        self.assertIn("no materials with unobtainium", run("list", "materials", "unobtainium").stdout)
+        self.assertEqual([s["name"] for s in run_json("list", "shapes", "sound bow")], ["bell"])
+        carpets = run_json("list", "walls", "carpet")
+        self.assertEqual({w["name"] for w in carpets}, {"carpet_thin", "carpet", "carpet_heavy"})
+        self.assertTrue(all(len(w["absorption"]) == 8 for w in carpets))
+        self.assertIn("Everest", run("list", "walls", "brick_painted").stdout)
+
     def test_walls_of_a_room_have_names(self):
         options = ["bar", "-m", "steel", "--pitch-cents", "off", "--max-frequency", "5 kHz", "--listener", "0,0,1",
                    "--set", "room.dimensions=[5, 4, 3]", "--set", "room.source=[2, 2, 1]"]
