@@ -362,6 +362,24 @@ class Others(FolderTest):
         self.assertTrue(all(len(w["absorption"]) == 8 for w in carpets))
         self.assertIn("Everest", run("list", "walls", "brick_painted").stdout)
 
+    def test_a_bell_is_of_bell_bronze_where_no_material_is_named(self):
+        options = ["--pitch-cents", "off", "--max-frequency", "5 kHz"]
+        usual, bronze, iron = (run_json("modes", "bell", *options, *material)
+                               for material in ([], ["-m", "bell_bronze"], ["-m", "iron"]))
+        self.assertEqual(usual["materials"], ["bell_bronze"])
+        self.assertEqual(usual["modes"], bronze["modes"])
+        self.assertEqual(iron["materials"], ["iron"])
+        self.assertIn("material: bell_bronze, the usual one of the family bell", run("modes", "bell", *options).stdout)
+        self.assertNotIn("usual", run("modes", "bell", *options, "-m", "iron").stdout)
+        struck = run_json("strike", "bell", *options, "-o", self.folder / "bell.wav")
+        self.assertEqual(struck["materials"], ["bell_bronze"])
+        refused = run("modes", "bowl")
+        self.assertEqual(refused.returncode, 2)
+        self.assertIn("no material of bowl is given", refused.stderr)
+        plan = self.write("bells.yaml", "objects: [{shape: bell}, {shape: bell, name: cast, materials: [iron]}]\n"
+                          "modes: {max_frequency: 5 kHz}\naudio: {seconds: 0.1}\n")
+        self.assertEqual(run("plan", plan).returncode, 0)
+
     def test_walls_of_a_room_have_names(self):
         options = ["bar", "-m", "steel", "--pitch-cents", "off", "--max-frequency", "5 kHz", "--listener", "0,0,1",
                    "--set", "room.dimensions=[5, 4, 3]", "--set", "room.source=[2, 2, 1]"]

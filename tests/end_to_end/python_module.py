@@ -75,6 +75,15 @@ class Modes(ModuleTest):
         with self.assertRaisesRegex(ca.InputError, "same Poisson's ratio"):
             modes.in_material("wood")
 
+    def test_of_a_bell_are_of_bell_bronze_where_no_material_is_named(self):
+        self.assertEqual(ca.shapes()["bell"]["usual_material"], "bell_bronze")
+        usual = ca.shape("bell").modes(**BAND, pitch_cents="off")
+        self.assertEqual([m.name for m in usual.materials], ["bell_bronze"])
+        named = ca.shape("bell").modes("bell_bronze", **BAND, pitch_cents="off")
+        self.assertEqual(list(usual.frequencies), list(named.frequencies))
+        with self.assertRaisesRegex(ca.InputError, "no material of bowl"):
+            ca.shape("bowl").modes()
+
     def test_materials_are_objects(self):
         ceramic = ca.materials["ceramic"]
         self.assertIn("Hiner", ceramic.source)
