@@ -72,7 +72,6 @@ void add_estimate(Program& program, Context& context) {
       .required();
   add_object_options(command, options->object);
   command.option_named("--material")
-      .required(false)
       .description(
           "assumed material, whose modes are solved once and rescaled: preset or "
           "youngs_modulus=7.2e10,poisson_ratio=0.19,density=2700; its damping is not "

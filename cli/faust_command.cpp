@@ -189,8 +189,9 @@ void check_options(const FaustOptions& options) {
   if (!(options.gain > 0)) throw core::InputError("--gain is not positive");
 }
 
-void run_export_faust(const FaustOptions& options, Context& context) {
+void run_export_faust(FaustOptions options, Context& context) {
   check_options(options);
+  name_material(options.object, context);
   const scene::SolvedObject object = solve_object(options.object, context);
   settle(options.object, object.pitch_target, context);
   if (!context.speaks()) return;
@@ -238,7 +239,7 @@ void add_export_faust(Program& program, Context& context) {
   command.footer(
       "Examples:\n"
       "  carillon export-faust bowl -m ceramic --points 8 -o bowl.dsp && faust2jaqt bowl.dsp\n"
-      "  carillon export-faust bell -m iron --at 0.05,0,0.02 --at 0,0,0.09 --loudest 40 -o "
+      "  carillon export-faust bell --at 0.05,0,0.02 --at 0,0,0.09 --loudest 40 -o "
       "bell.dsp\n"
       "docs/exports.md");
   command.does([&context, options] { run_export_faust(*options, context); });

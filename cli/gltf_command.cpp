@@ -70,7 +70,7 @@ ShownObject shown_object(const GltfOptions& options, int modes, const Context& c
 std::vector<dataset::exporters::GltfMaterial> looks(const scene::SolvedObject& object) {
   std::vector<dataset::exporters::GltfMaterial> list;
   for (const synth::material::Material& material : object.materials) {
-    list.push_back({material.name, render::appearance_of(material.name)});
+    list.push_back({material.name, render::appearance_of(material.name, material.group)});
   }
   if (!list.empty()) return list;
   for (const std::string& name : object.mesh.mesh.region_names) list.push_back({name, {}});
@@ -104,9 +104,6 @@ std::vector<dataset::exporters::GltfMode> shown_modes(
 }
 
 void check_options(const GltfOptions& options) {
-  if (options.object.material.empty() && options.modes.value_or(0) > 0) {
-    throw core::InputError("--modes needs a material", "add -m NAME (carillon list materials)");
-  }
   if (!(options.amplitude > 0)) throw core::InputError("--amplitude is not positive");
   if (!(core::parse_quantity(options.period, core::Dimension::time) > 0)) {
     throw core::InputError("--period is not positive");
@@ -132,8 +129,9 @@ dataset::exporters::GltfObject file_of(const GltfOptions& options, const ShownOb
   return file;
 }
 
-void run_export_gltf(const GltfOptions& options, Context& context) {
+void run_export_gltf(GltfOptions options, Context& context) {
   check_options(options);
+  if (options.modes.value_or(0) > 0) name_material(options.object, context);
   const int modes = options.modes.value_or(options.object.material.empty() ? 0 : default_modes);
   const ShownObject shown = shown_object(options, modes, context);
   settle(options.object, shown.object.pitch_target, context);
@@ -160,7 +158,7 @@ void add_export_gltf(Program& program, Context& context) {
       Needs::solver);
   auto options = std::make_shared<GltfOptions>();
   add_object_options(command, options->object);
-  command.option_named("--material").required(false);
+  command.option_named("--material").show_default("none: a grey surface without modes");
   command.remove("--max-modes");
   command.option("-o,--output", options->output, "file, .glb").required();
   command

@@ -1,5 +1,9 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
+#include <cctype>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "cli/command_line.hpp"
@@ -13,6 +17,7 @@
 #include "synth/contact/striker.hpp"
 #include "synth/material/material.hpp"
 #include "synth/recording/noise_generators.hpp"
+#include "synth/room/wall_materials.hpp"
 #include "synth/support/supports.hpp"
 
 namespace carillon::cli {
@@ -23,6 +28,18 @@ nlohmann::json list_materials() {
   nlohmann::json list = nlohmann::json::array();
   for (const synth::material::Material& m : synth::material::preset_materials()) {
     list.push_back(scene::to_json(m));
+    list.back()["bar_speed_m_per_s"] = std::sqrt(m.elastic.youngs_modulus / m.elastic.density);
+  }
+  return list;
+}
+
+nlohmann::json list_walls() {
+  nlohmann::json list = nlohmann::json::array();
+  for (const synth::room::WallMaterial& wall : synth::room::wall_materials()) {
+    list.push_back({{"name", wall.name},
+                    {"meaning", wall.meaning},
+                    {"absorption", wall.absorption},
+                    {"source", wall.source}});
   }
   return list;
 }
@@ -171,6 +188,59 @@ void print_list(const nlohmann::json& list) {
   }
 }
 
+/// Whether an entry has every word, in any of its texts and whatever the letters' case.
+bool has_words(const nlohmann::json& entry, const std::vector<std::string>& words) {
+  std::string all;
+  for (const nlohmann::json& value : entry.flatten())
+    if (value.is_string()) all += value.get<std::string>() + '\n';
+  const auto folded = [](std::string text) {
+    for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return text;
+  };
+  all = folded(all);
+  return std::all_of(words.begin(), words.end(), [&](const std::string& word) {
+    return all.find(folded(word)) != std::string::npos;
+  });
+}
+
+/// A line for each; of a few also where their numbers are from.
+void print_sources(const nlohmann::json& entry, bool wanted) {
+  if (wanted) fmt::print("    {}\n", entry.at("source").get<std::string>());
+}
+
+void print_materials(const nlohmann::json& list, bool sources) {
+  fmt::print("{:<26} {:<8} {:>9} {:>6} {:>8} {:>9}  {}\n", "name", "group", "E [GPa]", "nu",
+             "[kg/m3]", "c [m/s]", "damping [1/s]");
+  bool any_anisotropic = false;
+  for (const nlohmann::json& m : list) {
+    const bool anisotropic = m.contains("stiffness_pa");
+    any_anisotropic = any_anisotropic || anisotropic;
+    fmt::print("{:<26} {:<8} {:>8.4g}{} {:>6.3g} {:>8.5g} {:>9.4g}  {}\n",
+               m.at("name").get<std::string>(), m.value("group", ""),
+               m.at("youngs_modulus_pa").get<double>() / 1e9, anisotropic ? '*' : ' ',
+               m.at("poisson_ratio").get<double>(), m.at("density_kg_m3").get<double>(),
+               m.at("bar_speed_m_per_s").get<double>(),
+               m.at("damping").at("formula").get<std::string>());
+    print_sources(m, sources);
+  }
+  fmt::print("\nc = sqrt(E / density), the speed of sound in a thin bar");
+  if (any_anisotropic) fmt::print("; *: isotropic mean of an anisotropic solid");
+  fmt::print("{}\n",
+             sources ? "" : "; carillon list materials WORD ... tells where values are from");
+}
+
+void print_walls(const nlohmann::json& list, bool sources) {
+  fmt::print("{:<24}", "absorption at [Hz]");
+  for (const double centre : synth::room::octave_centres) fmt::print(" {:>6.0f}", centre);
+  fmt::print("\n");
+  for (const nlohmann::json& wall : list) {
+    fmt::print("{:<24}", wall.at("name").get<std::string>());
+    for (const nlohmann::json& a : wall.at("absorption")) fmt::print(" {:>6.3g}", a.get<double>());
+    fmt::print("  {}\n", wall.at("meaning").get<std::string>());
+    print_sources(wall, sources);
+  }
+}
+
 }  // namespace
 
 void add_list(Program& program, Context& context) {
@@ -178,28 +248,42 @@ void add_list(Program& program, Context& context) {
       {"materials", list_materials}, {"shapes", list_shapes},     {"effects", list_effects},
       {"models", list_models},       {"strikers", list_strikers}, {"supports", list_supports},
       {"noises", list_noises},       {"textures", list_textures}, {"classifiers", list_classifiers},
-      {"columns", list_columns}};
+      {"columns", list_columns},     {"walls", list_walls}};
   const std::string names =
-      "materials, shapes, effects, models, strikers, supports, noises, textures, classifiers or "
-      "columns (of a dataset)";
+      "materials, walls (of rooms), shapes, effects, models, strikers, supports, noises, textures, "
+      "classifiers or columns (of a dataset)";
   Command& command = program.add("list",
-                                 "materials, shapes, effects, damping models, strikers, supports, "
-                                 "noises, textures, classifiers "
-                                 "or columns by name",
+                                 "materials, walls, shapes, effects, damping models, strikers, "
+                                 "supports, noises, textures, classifiers or columns by name",
                                  Needs::nothing);
   std::vector<std::string> known;
   for (const auto& [name, make] : lists) known.push_back(name);
   auto what = std::make_shared<std::string>();
   command.option("what", *what, names).required().one_of(known);
+  auto words = std::make_shared<std::vector<std::string>>();
+  command.option("word", *words,
+                 "only entries with all of these words, in any of their texts; materials and walls "
+                 "then tell where their numbers are from");
   command.footer(
       "Examples:\n"
       "  carillon list materials\n"
+      "  carillon list materials bronze\n"
+      "  carillon list walls carpet\n"
       "  carillon list shapes --json");
-  command.does([&context, what] {
+  command.does([&context, what, words] {
     if (!context.speaks()) return;
-    const nlohmann::json list = lists.at(*what)();
+    nlohmann::json list = nlohmann::json::array();
+    for (nlohmann::json& entry : lists.at (*what)())
+      if (has_words(entry, *words)) list.push_back(std::move(entry));
+    const bool sources = !words->empty();
     if (context.json) {
       fmt::print("{}\n", list.dump(2));
+    } else if (list.empty()) {
+      fmt::print("no {} with {}\n", *what, fmt::join(*words, " and "));
+    } else if (*what == "materials") {
+      print_materials(list, sources);
+    } else if (*what == "walls") {
+      print_walls(list, sources);
     } else {
       print_list(list);
     }

@@ -132,7 +132,7 @@ void add_object_options(Command& command, ObjectOptions& options) {
               "(other damping: damping=hybrid,alpha1=...,alpha3=... or "
               "damping=6 + 1e-7*lambda; carillon list models), or group=preset,... for the "
               "physical groups of an MSH file")
-      .required();
+      .show_default("the usual one of a family that has one, as carillon list shapes says");
   command
       .option("--first-axis", options.first_axis,
               "direction in the object of the material's first axis (of wood the grain), as x,y,z")
@@ -215,6 +215,20 @@ void add_object_options(Command& command, ObjectOptions& options) {
               "more is an error that names the element size that would fit")
       .range(1, 100000000)
       .show_default("200000");
+}
+
+void name_material(ObjectOptions& options, const Context& context) {
+  if (!options.material.empty()) return;
+  const scene::Object object = named_object(options);
+  options.material = scene::usual_material(object);
+  if (options.material.empty()) {
+    throw InputError(fmt::format("no material of {} is given", options.mesh),
+                     "add -m NAME (carillon list materials)");
+  }
+  if (context.speaks() && !context.json) {
+    fmt::print("material: {}, the usual one of the family {}; -m NAME takes another\n",
+               options.material, object.family);
+  }
 }
 
 /// Options of drawings.

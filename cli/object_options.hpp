@@ -51,6 +51,10 @@ scene::Object named_object(const ObjectOptions& options);
 /// @throws InputError  as named_object
 solvers::mesh::MeshRequest mesh_request(const ObjectOptions& options);
 
+/// Where no material is given, takes the usual one of the object's family, and says so.
+/// @throws InputError  as named_object, or there is none
+void name_material(ObjectOptions& options, const Context& context);
+
 /// What it is made of; empty where no material is given.
 /// @throws InputError  as named_object, an unknown material
 scene::RegionMaterials region_materials(const ObjectOptions& options);

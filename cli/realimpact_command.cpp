@@ -167,6 +167,7 @@ void add_realimpact(Program& program, Context& context) {
   // The folder has the mesh, and in metres.
   command.remove("mesh");
   command.remove("--length");
+  command.option_named("--material").required().show_default("");
   command.option("folder", options->folder, "of one object, as dataset/22_Cup").required();
   command.option("--mesh", options->mesh,
                  "solved in place of transformed.obj, in the same coordinates");

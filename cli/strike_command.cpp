@@ -101,8 +101,9 @@ scene::KnownStrike known_strike(const StrikeOptions& options) {
   return known;
 }
 
-void run_strike(const StrikeOptions& options, Context& context) {
+void run_strike(StrikeOptions options, Context& context) {
   check_options(options);
+  name_material(options.object, context);
   const scene::Scene scene = scene_of(options, scene::listed(region_materials(options.object)));
   const scene::SolvedObject object = solve_object(sounding_band(options.object, scene), context);
   settle(options.object, object.pitch_target, context);
@@ -120,6 +121,8 @@ void run_strike(const StrikeOptions& options, Context& context) {
   if (context.json) {
     nlohmann::json json = to_json(struck, scene);
     json["file"] = options.output;
+    for (const synth::material::Material& material : object.materials)
+      json["materials"].push_back(material.name);
     if (object.pitch_target)
       json["pitch_target"] = solvers::pitch::to_json(*object.pitch_target, true);
     fmt::print("{}\n", json.dump(2));
@@ -181,7 +184,7 @@ void add_strike(Program& program, Context& context) {
       .show_default();
   command.option("--interval", options->interval, "from one strike to the next").show_default();
   command.footer(
-      "Examples:\n  carillon strike bell --material iron -o bell.wav\n"
+      "Examples:\n  carillon strike bell -o bell.wav\n"
       "  carillon strike bowl -m ceramic --listener 0,0,1 --set 'room.dimensions=[5, 4, 3]' "
       "--set room.rt60=0.6 -o room.wav");
   command.does([&context, options] { run_strike(*options, context); });

@@ -156,3 +156,15 @@ function(carillon_folder folder)
   carillon_library(${name} SOURCES ${sources} LINK ${libraries} PRIVATE_LINK ${ARG_PRIVATE_LINK}
                    ALONE ${ARG_ALONE} ${flags})
 endfunction()
+
+# carillon_embed(FOLDER FILE NAMESPACE NAME): a text file of the repository within the library of a folder, as
+# the std::string_view NAMESPACE::NAME that its sources declare. Nothing is looked for when a program runs.
+function(carillon_embed folder file namespace name)
+  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/${file})
+  file(READ ${PROJECT_SOURCE_DIR}/${file} text)
+  set(source ${CMAKE_CURRENT_BINARY_DIR}/${name}.cpp)
+  configure_file(${PROJECT_SOURCE_DIR}/cmake/shared_text.cpp.in ${source} @ONLY)
+  set_source_files_properties(${source} PROPERTIES SKIP_PRECOMPILE_HEADERS ON SKIP_UNITY_BUILD_INCLUSION ON)
+  carillon_targets(library ${folder})
+  target_sources(${library} PRIVATE ${source})
+endfunction()

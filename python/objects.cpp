@@ -274,6 +274,8 @@ Vec3 vector_of(const Triples& array, const std::string& what) {
 void bind_objects(py::module_& module) {
   py::class_<Shape>(module, "Shape")
       .def_readonly("name", &Shape::name)
+      .def_property_readonly("usual_material",
+                             [](const Shape& shape) { return scene::usual_material(shape.object); })
       .def("solve", &solve, py::arg("materials"), py::arg("settings"), py::arg("cache"));
   module.def("shape_from_text", &shape_from_text);
   module.def("shape_from_arrays", &shape_from_arrays);

@@ -45,8 +45,8 @@ void check(const Appearance& appearance);
 core::Image render_frame(const solvers::mesh::SurfaceMesh& mesh, const Camera& camera,
                          const Appearance& appearance);
 
-/// Looks of a material preset (a prefix `sterling_` does not matter); a neutral grey for names it
-/// does not know.
-Appearance appearance_of(const std::string& material);
+/// Looks of a material: of the last word of its name that is known (`bell_bronze` looks like
+/// bronze), else of its group (synth::material::material_groups()), else a neutral grey.
+Appearance appearance_of(const std::string& material, const std::string& group = "");
 
 }  // namespace carillon::render

@@ -8,7 +8,10 @@ nlohmann::json to_json(const solvers::families::Family& family) {
     parameters.push_back(
         {{"name", p.name}, {"low_m", p.low}, {"high_m", p.high}, {"meaning", p.meaning}});
   }
-  return {{"name", family.name}, {"description", family.description}, {"parameters", parameters}};
+  nlohmann::json entry = {
+      {"name", family.name}, {"description", family.description}, {"parameters", parameters}};
+  if (!family.usual_material.empty()) entry["usual_material"] = family.usual_material;
+  return entry;
 }
 
 }  // namespace carillon::scene

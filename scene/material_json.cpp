@@ -16,6 +16,7 @@ nlohmann::json to_json(const synth::material::Material& material) {
                           {"density_kg_m3", material.elastic.density},
                           {"damping", damping},
                           {"source", material.source}};
+  if (!material.group.empty()) entry["group"] = material.group;
   if (const auto& anisotropy = material.elastic.anisotropy) {
     nlohmann::json rows = nlohmann::json::array();
     for (Eigen::Index i = 0; i < 6; ++i) {

@@ -7,7 +7,8 @@
 namespace carillon::scene {
 
 /// Everything about a material: constants, damping (model, formula with its numbers, parameters)
-/// and source. Rayleigh's parameters stand beside it under names with units too.
+/// source and group (where it has one). Rayleigh's parameters stand beside it under names with
+/// units too.
 nlohmann::json to_json(const synth::material::Material& material);
 
 }  // namespace carillon::scene

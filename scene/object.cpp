@@ -140,8 +140,12 @@ void read_materials(ConfigNode& node, const std::vector<std::string>& shared,
       node.fail("materials", "only MSH files have physical groups with materials of their own",
                 "name one material for the whole object");
   } else {
-    object.materials = node.texts("materials", shared);
-    if (object.materials.empty()) node.fail("materials", "no material is named");
+    std::vector<std::string> otherwise = shared;
+    if (const std::string usual = usual_material(object); otherwise.empty() && !usual.empty())
+      otherwise.push_back(usual);
+    object.materials = node.texts("materials", otherwise);
+    if (object.materials.empty() && object.manifest.empty())
+      node.fail("materials", "no material is named");
   }
   at_key(node, "materials", [&] {
     for (const std::string& name : object.materials) synth::material::parse_material(name, own);
@@ -243,6 +247,11 @@ Object parse_object(const std::string& shape, const std::string& material,
     }
   }
   return object;
+}
+
+std::string usual_material(const Object& object) {
+  if (object.family.empty()) return "";
+  return solvers::families::find_family(object.family).usual_material;
 }
 
 solvers::mesh::MeshRequest mesh_request(const Object& object) {

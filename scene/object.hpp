@@ -56,7 +56,9 @@ struct Object {
 
 /// Reads an entry of `objects:`; of a `manifest:` what holds for all of its rows. Keys that only
 /// some readers know (`count`, `sizes`, `levels`) are theirs to read from the same node.
-/// @param shared_materials  of objects that name none
+/// @param shared_materials  of objects that name none; where there are none either, objects are of
+///                          their family's usual material, if it has one, and rows of a manifest of
+///                          those that it names
 /// @param own        materials beside the presets
 /// @param file_name  paths in the configuration are relative to its folder
 /// @throws ConfigError
@@ -76,6 +78,9 @@ Object read_shape(core::ConfigNode& node, const std::string& file_name);
 /// @throws FileError   no such file
 Object parse_object(const std::string& shape, const std::string& material,
                     const ProfileOptions& profile = {});
+
+/// The material of objects that name none: their family's usual one, "" where it has none.
+std::string usual_material(const Object& object);
 
 /// Its one object: the file, or the shape with each parameter in the middle of its range.
 /// @throws InputError  the parameters contradict each other

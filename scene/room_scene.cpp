@@ -4,10 +4,12 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 
 #include "core/error.hpp"
 #include "core/random.hpp"
+#include "synth/room/wall_materials.hpp"
 
 namespace carillon::scene {
 
@@ -29,15 +31,18 @@ OctaveValues read_octaves(ConfigNode& node, const std::string& key, Dimension di
     return values;
   }
   const std::vector<double> list = node.quantities(key, dimension);
-  if (list.size() < 6 || list.size() > octave_count) {
-    node.fail(key, fmt::format("one value, or 6 to 8 for the octaves from 125 Hz on, not {}",
-                               list.size()));
-  }
-  for (std::size_t b = 0; b < octave_count; ++b) values[b] = list[std::min(b, list.size() - 1)];
-  return values;
+  return core::at_key(node, key, [&] { return synth::room::octaves_of(list); });
 }
 
+/// A number or a list of octaves, or the name of a wall material.
 OctaveValues read_absorption(ConfigNode& node, const std::string& key) {
+  if (!node.is_list(key)) {
+    const std::string word = node.text(key);
+    if (!word.empty() && std::isalpha(static_cast<unsigned char>(word.front())) != 0) {
+      return core::at_key(node, key,
+                          [&] { return synth::room::find_wall_material(word).absorption; });
+    }
+  }
   const OctaveValues values = read_octaves(node, key, Dimension::none);
   for (const double a : values) {
     if (!(a >= 0 && a <= 1)) {
@@ -48,26 +53,55 @@ OctaveValues read_absorption(ConfigNode& node, const std::string& key) {
   return values;
 }
 
-synth::room::WallAbsorption read_walls(ConfigNode& room) {
-  if (!room.is_mapping("absorption")) {
-    return synth::room::same_on_all_walls(read_absorption(room, "absorption"));
+/// @param key     of the room: absorption or walls
+/// @param others  what walls that are not given are called in its mapping
+synth::room::WallAbsorption read_walls(ConfigNode& room, const std::string& key,
+                                       const std::string& others) {
+  if (!room.is_mapping(key)) {
+    return synth::room::same_on_all_walls(read_absorption(room, key));
   }
-  ConfigNode walls = room.child("absorption");
-  std::optional<OctaveValues> others;
-  if (walls.has("walls")) others = read_absorption(walls, "walls");
+  ConfigNode walls = room.child(key);
+  for (const auto& [place, name] : {std::pair("z0", "floor"), std::pair("z1", "ceiling")}) {
+    if (walls.has(place)) walls.fail(place, fmt::format("this wall is called {}", name));
+  }
+  std::optional<OctaveValues> rest;
+  if (walls.has(others)) rest = read_absorption(walls, others);
   synth::room::WallAbsorption absorption;
   for (std::size_t w = 0; w < synth::room::wall_count; ++w) {
     const char* name = synth::room::wall_names[w];
     if (walls.has(name)) {
       absorption[w] = read_absorption(walls, name);
-    } else if (others) {
-      absorption[w] = *others;
+    } else if (rest) {
+      absorption[w] = *rest;
     } else {
       walls.fail("", fmt::format("no absorption of the wall {}", name),
-                 "give x0, x1, y0, y1, floor and ceiling, or walls for those that are not given");
+                 fmt::format("give x0, x1, y0, y1, floor and ceiling, or {} for those that are "
+                             "not given",
+                             others));
     }
   }
   return absorption;
+}
+
+/// The one key that says how much a room reflects.
+std::string reflecting_key(const ConfigNode& room) {
+  std::string given;
+  for (const char* key : {"absorption", "walls", "rt60"}) {
+    if (!room.has(key)) continue;
+    if (!given.empty()) {
+      room.fail(key,
+                fmt::format("{} and {} are both given; one follows from the other", given, key),
+                "give one of absorption (of the walls, 0 to 1), walls (what they are made of) and "
+                "rt60 (reverberation time)");
+    }
+    given = key;
+  }
+  if (given.empty()) {
+    room.fail("", "neither absorption nor walls nor rt60 is given",
+              "give absorption (of the walls, 0 to 1), walls (what they are made of: carillon list "
+              "walls) or rt60 (reverberation time)");
+  }
+  return given;
 }
 
 Vec3 corner(const RoomScene& scene, bool largest) {
@@ -154,15 +188,8 @@ RoomScene read_room(ConfigNode& root, const Scene& scene) {
   room.count = static_cast<int>(node.integer("count", 1, 1000000, 20));
   if (!room.drawn) room.count = 1;
 
-  const bool has_absorption = node.has("absorption");
-  if (has_absorption == node.has("rt60")) {
-    node.fail(has_absorption ? "rt60" : "",
-              has_absorption ? "absorption and rt60 are both given; one follows from the other"
-                             : "neither absorption nor rt60 is given",
-              "give either absorption (of the walls, 0 to 1) or rt60 (reverberation time)");
-  }
-  if (has_absorption) {
-    room.walls = read_walls(node);
+  if (const std::string key = reflecting_key(node); key != "rt60") {
+    room.walls = read_walls(node, key, key == "walls" ? "others" : "walls");
   } else {
     const OctaveValues times = read_octaves(node, "rt60", Dimension::time);
     if (node.is_list("rt60")) {

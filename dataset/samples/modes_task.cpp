@@ -82,7 +82,9 @@ void write_views(const configuration::BuildConfig& config, const plan::Shape& sh
   }
   if (config.camera) {
     const core::ScopedTimer timer(trace.effects["frames"]);
-    render::Appearance appearance = render::appearance_of(shape.variants.front().material);
+    const std::string& material = shape.variants.front().material;
+    render::Appearance appearance =
+        render::appearance_of(material, synth::material::group_of(material, config.own_materials));
     appearance.colours = colours;
     const core::Image image = render::render_frame(flat, *config.camera, appearance);
     file.write<std::uint8_t>(

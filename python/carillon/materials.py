@@ -29,6 +29,7 @@ class Material:
     alphas: tuple[float, ...] = (0.0, 0.0)
     stiffness: tuple[tuple[float, ...], ...] | None = None
     source: str = ""
+    group: str = ""  #: metal, wood, stone, ceramic, glass, plastic, rubber or other; "": not said
 
     def __post_init__(self) -> None:
         for name, dimension in (("youngs_modulus", "pressure"), ("poisson_ratio", "none"), ("density", "density")):
@@ -63,7 +64,7 @@ def _from_json(entry: dict[str, Any]) -> Material:
     stiffness = entry.get("stiffness_pa")
     return Material(entry["name"], entry["youngs_modulus_pa"], entry["poisson_ratio"], entry["density_kg_m3"],
                     damping.get("expression", damping["model"]), alphas,
-                    stiffness and tuple(map(tuple, stiffness)), entry["source"])
+                    stiffness and tuple(map(tuple, stiffness)), entry["source"], entry.get("group", ""))
 
 
 @functools.cache

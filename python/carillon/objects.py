@@ -290,15 +290,17 @@ class Object:
     def name(self) -> str:
         return self._shape.name
 
-    def modes(self, material: str | Material | Mapping[str, str | Material], *, pitch_cents: Quantity | None = None,
-              min_frequency: Quantity | None = None, max_frequency: Quantity | None = None,
-              max_modes: int | None = None, order: int | None = None, element_size: Quantity | None = None,
-              max_elements: int | None = None, edge_layers: int | None = None, solver: str | None = None,
-              eigen_solver: str | None = None, linear_solver: str | None = None, mirror_planes: str | None = None,
-              max_unknowns: int | None = None, memory_limit: Quantity | None = None) -> Modes:
+    def modes(self, material: str | Material | Mapping[str, str | Material] | None = None, *,
+              pitch_cents: Quantity | None = None, min_frequency: Quantity | None = None,
+              max_frequency: Quantity | None = None, max_modes: int | None = None, order: int | None = None,
+              element_size: Quantity | None = None, max_elements: int | None = None, edge_layers: int | None = None,
+              solver: str | None = None, eigen_solver: str | None = None, linear_solver: str | None = None,
+              mirror_planes: str | None = None, max_unknowns: int | None = None,
+              memory_limit: Quantity | None = None) -> Modes:
         """Finds the modes; what is left out is chosen as `carillon modes` does.
 
-        material: a preset's name, constants, or a Material; of an MSH file's physical groups a mapping.
+        material: a preset's name, constants, or a Material; of an MSH file's physical groups a mapping. None: the
+        usual one of a family that has one (`shapes()`; a bell is of bell bronze).
         pitch_cents: refine until the worst mode's estimated error is below it (5 by default, "off").
         The others are the keys of `modes` and `solver` in docs/configuration.md; `solver` is its `kind`.
         Works without `mpirun`; under it, each process solves its own. After Ctrl-C the call ends at once and the solve
@@ -312,6 +314,11 @@ class Object:
                      "linear_solver": linear_solver, "mirror_planes": mirror_planes, "max_unknowns": max_unknowns,
                      "memory_limit": memory_limit}
         settings = {"modes": arguments.given(of_modes), "solver": arguments.given(of_solver)}
+        if material is None:
+            if not self._shape.usual_material:
+                raise InputError(f"no material of {self.name} is given; a material is a name, constants or a Material",
+                                 "name one of carillon.materials")
+            material = self._shape.usual_material
         if isinstance(material, Mapping):
             materials: Any = {group: material_text(value) for group, value in material.items()}
         else:
@@ -354,7 +361,8 @@ def shape(family: str, *, profile: numpy.typing.ArrayLike | None = None, longest
 
 
 def shapes() -> dict[str, dict[str, Any]]:
-    """Families of generated bodies by name: what they are, and their parameters with default ranges [m]."""
-    return {family["name"]: {"description": family["description"],
+    """Families of generated bodies by name: what they are, their parameters with default ranges [m], and the material
+    that they are usually made of ("": none)."""
+    return {family["name"]: {"description": family["description"], "usual_material": family.get("usual_material", ""),
                              "parameters": {parameter.pop("name"): parameter for parameter in family["parameters"]}}
             for family in json.loads(_carillon.families())}

@@ -36,6 +36,8 @@ struct Family {
   /// Cells that one layer needs to follow the family's curves, however large they may be; counted
   /// on meshes of instances in the middle of the ranges.
   double curve_cells = 0;
+  /// The preset that such bodies are usually made of, where none is named; "": no usual one.
+  std::string usual_material = {};
 };
 
 /// All families: bar, block, tile, disc, cylinder, tube, ring, plate (dinner plate), bowl, cup,

@@ -214,7 +214,8 @@ std::vector<Family> vessel_families() {
            mesh<bell, check_bell>,
            meridian<bell, check_bell>,
            nullptr,
-           150}};
+           150,
+           "bell_bronze"}};
 }
 
 }  // namespace carillon::solvers::families

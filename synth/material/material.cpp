@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "core/did_you_mean.hpp"
 #include "core/error.hpp"
 #include "core/text.hpp"
 #include "synth/material/detail/material_fields.hpp"
@@ -15,14 +16,17 @@ std::optional<core::Fault> material_fault(const Material& material) {
   return damping::damping_fault(material.damping);
 }
 
-std::string did_you_mean(std::string_view word, const std::vector<std::string>& names) {
-  std::string nearest = core::nearest_name(word, names);
-  // "porcelain" is no slip of "sterling_porcelain", yet it is what was meant.
-  for (const std::string& name : names) {
-    if (!nearest.empty()) break;
-    if (!word.empty() && name.ends_with(fmt::format("_{}", word))) nearest = name;
-  }
-  return nearest.empty() ? "" : fmt::format("; did you mean \"{}\"?", nearest);
+const std::vector<std::string>& material_groups() {
+  static const std::vector<std::string> groups = {"metal", "wood",    "stone",  "ceramic",
+                                                  "glass", "plastic", "rubber", "other"};
+  return groups;
+}
+
+std::string group_of(const std::string& name, const std::vector<Material>& own) {
+  for (const auto* list : {&own, &preset_materials()})
+    for (const Material& material : *list)
+      if (material.name == name) return material.group;
+  return "";
 }
 
 void check_material(const Material& material) {
@@ -58,11 +62,11 @@ Material parse_material(const std::string& text, const std::vector<Material>& ow
     }
   }
   throw core::InputError(
-      name.empty() ? "material: no name given"
-                   : fmt::format("unknown material \"{}\"{}", name, did_you_mean(name, names)),
-      fmt::format("known: {}; or key=value pairs such as "
-                  "youngs_modulus=7.2e10,poisson_ratio=0.19,density=2700",
-                  fmt::join(names, ", ")));
+      name.empty()
+          ? "material: no name given"
+          : fmt::format("unknown material \"{}\"{}", name, core::did_you_mean(name, names)),
+      "carillon list materials [WORD ...] names them; or key=value pairs such as "
+      "youngs_modulus=7.2e10,poisson_ratio=0.19,density=2700");
 }
 
 }  // namespace carillon::synth::material

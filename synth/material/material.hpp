@@ -12,10 +12,16 @@ struct Material {
   std::string name;
   solvers::elements::Elastic elastic;
   damping::DampingModel damping;
-  std::string source;  ///< paper and table, handbook for what the table lacks
+  std::string source;      ///< paper and table, handbook for what the table lacks
+  std::string group = {};  ///< one of material_groups(); "": not said
 };
 
-/// Presets: every row of damping parameters of the papers.
+/// Kinds of materials, which tell how an object looks: metal, wood, stone, ceramic, glass, plastic,
+/// rubber, other.
+const std::vector<std::string>& material_groups();
+
+/// Presets: the rows of share/carillon/materials.yaml, which is within the library; read when they
+/// are first asked for. First those of the papers, every row of their damping parameters:
 ///
 /// - ceramic, glass, wood, plastic, iron, polycarbonate, steel: Hiner 2024, Table 1 (Rayleigh).
 /// - sterling_porcelain, _travertine, _wood, _steel, _plastic, _glass: Sterling 2019, Table 4.1,
@@ -26,7 +32,8 @@ struct Material {
 ///
 /// - spruce, maple, oak: orthotropic woods of the Wood Handbook, damped as Hiner's wood.
 ///
-/// What the tables lack of E, nu and rho comes from handbooks, and `source` says which.
+/// Then metals, woods, stones, ceramics, glasses, plastics, laminates, rubbers and others from
+/// handbooks. `source` says where each value is printed and what is an assumption.
 const std::vector<Material>& preset_materials();
 
 /// A preset by name, or
@@ -41,12 +48,14 @@ const std::vector<Material>& preset_materials();
 Material parse_material(const std::string& text);
 /// The same, where a configuration's or file's own materials come first.
 Material parse_material(const std::string& text, const std::vector<Material>& own);
+/// Group of a material by its name; "" where it has none or there is no such material.
+std::string group_of(const std::string& name, const std::vector<Material>& own);
 /// @throws InputError  modulus or density not positive, nu outside (-1, 0.5), or damping that
 ///                     check_damping() refuses
 void check_material(const Material& material);
 
-/// Materials of a YAML file: name -> the same fields, and `source` as a text if wanted. `damping`
-/// is a model's name or a formula, with alpha1, alpha2, ... beside it; or a mapping
+/// Materials of a YAML file: name -> the same fields, and `group` and `citation` if wanted.
+/// `damping` is a model's name or a formula, with alpha1, alpha2, ... beside it; or a mapping
 /// `{model: hybrid, alpha1: ..., ...}`.
 /// @throws ConfigError  unknown key, wrong unit, unphysical value, or a name that keys of samples
 ///                      cannot have, with file:line:column

@@ -1,11 +1,15 @@
 #include <map>
 #include <optional>
+#include <string_view>
 
 #include "core/config.hpp"
 #include "synth/damping/damping_text.hpp"
 #include "synth/material/detail/material_fields.hpp"
 
 namespace carillon::synth::material {
+
+/// The text of share/carillon/materials.yaml; see carillon_embed() in synth/CMakeLists.txt.
+extern const std::string_view materials_yaml;
 
 namespace {
 
@@ -67,6 +71,7 @@ Material read_material(core::ConfigNode node, const std::string& name, const std
     material.damping = read_damping(node, "damping");
   }
   material.source = node.text("citation", path);
+  if (node.has("group")) material.group = node.choice("group", material_groups());
   node.finish();
   if (const auto fault = material_fault(material)) {
     node.fail(fault->key, fault->message, fault->hint);
@@ -74,10 +79,9 @@ Material read_material(core::ConfigNode node, const std::string& name, const std
   return material;
 }
 
-}  // namespace
-
-std::vector<Material> read_materials(const std::string& path) {
-  core::ConfigNode root = core::ConfigNode::parse(core::read_text_file(path), path);
+/// @param path  for messages, and the source of those that name none
+std::vector<Material> materials_of(const std::string& text, const std::string& path) {
+  core::ConfigNode root = core::ConfigNode::parse(text, path);
   std::vector<Material> materials;
   for (const std::string& name : root.keys()) {
     // Such a name could never be told from a list of numbers.
@@ -93,6 +97,18 @@ std::vector<Material> read_materials(const std::string& path) {
   }
   root.finish();
   return materials;
+}
+
+}  // namespace
+
+std::vector<Material> read_materials(const std::string& path) {
+  return materials_of(core::read_text_file(path), path);
+}
+
+const std::vector<Material>& preset_materials() {
+  static const std::vector<Material> presets =
+      materials_of(std::string(materials_yaml), "share/carillon/materials.yaml");
+  return presets;
 }
 
 }  // namespace carillon::synth::material

@@ -53,6 +53,17 @@ double reverberation(const Eigen::Vector3d& size, double per_surface, double m, 
 
 }  // namespace
 
+OctaveValues octaves_of(std::span<const double> values) {
+  if (values.size() < 6 || values.size() > octave_count) {
+    throw InputError(
+        fmt::format("one value, or 6 to 8 for the octaves from 125 Hz on, not {}", values.size()));
+  }
+  OctaveValues octaves{};
+  for (std::size_t b = 0; b < octave_count; ++b)
+    octaves[b] = values[std::min(b, values.size() - 1)];
+  return octaves;
+}
+
 double lower_edge(std::size_t octave) {
   return octave_centres[octave] / std::numbers::sqrt2;
 }

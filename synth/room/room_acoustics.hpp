@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstddef>
+#include <span>
 #include <string>
 
 namespace carillon::synth::room {
@@ -13,6 +14,10 @@ inline constexpr std::size_t octave_count = 8;
 inline constexpr std::array<double, octave_count> octave_centres = {125,  250,  500,  1000, 2000,
                                                                     4000, 8000, 16000};  ///< [Hz]
 using OctaveValues = std::array<double, octave_count>;
+
+/// Values of all octaves from 6 to 8 that begin at 125 Hz: the last holds for those above.
+/// @throws InputError  another number of values
+OctaveValues octaves_of(std::span<const double> values);
 
 /// Edges of an octave band without the two extensions: centre / sqrt(2), centre * sqrt(2) [Hz].
 double lower_edge(std::size_t octave);

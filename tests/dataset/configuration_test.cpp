@@ -43,6 +43,20 @@ TEST(Configuration, DefaultsAreThoseOfTheGuide) {
   EXPECT_TRUE(config.scene.listeners.empty());
 }
 
+// A family may have a usual material; names in the configuration come first.
+TEST(Configuration, ABellIsOfBellBronzeWhereNoMaterialIsNamed) {
+  using Names = std::vector<std::string>;
+  const auto materials = [](const std::string& text) {
+    return read(text).objects.front().object.materials;
+  };
+  EXPECT_EQ(materials("objects: [{shape: bell}]\n"), Names{"bell_bronze"});
+  EXPECT_NE(read("objects: [{shape: bell}]\n").resolved.find("bell_bronze"), std::string::npos);
+  EXPECT_EQ(materials("objects: [{shape: bell, materials: [iron]}]\n"), Names{"iron"});
+  EXPECT_EQ(materials("objects: [{shape: bell}]\nmaterials: [steel, glass]\n"),
+            (Names{"steel", "glass"}));
+  EXPECT_NE(refusal("objects: [{shape: bowl}]\n").find("no material is named"), std::string::npos);
+}
+
 TEST(Configuration, ResolvedTextReadsBackAsItself) {
   const std::string text = std::string(minimal) +
                            "mel: {}\nvoxels: {}\ncamera: {}\nlisteners:\n"

@@ -238,7 +238,8 @@ class Errors(FolderTest):
             error = json.loads(result.stdout)["error"]
             self.assertEqual(error["kind"], "InputError")
             self.assertIn("stel", error["message"])
-            self.assertIn("steel", error["hint"])
+            self.assertIn("did you mean \"steel\"?", error["message"])
+            self.assertIn("carillon list materials", error["hint"])
             self.assertIn(f"carillon: {error['message']}\n  hint: {error['hint']}\n", result.stderr)
         missing = json.loads(run("--json", "features", "missing.wav").stdout)["error"]
         self.assertEqual((missing["kind"], "missing.wav" in missing["message"]), ("FileError", True))
@@ -340,6 +341,58 @@ class Others(FolderTest):
             self.assertEqual(run("list", what).returncode, 0)
         steel = {m["name"]: m for m in run_json("list", "materials")}["steel"]
         self.assertEqual(steel["youngs_modulus_pa"], 2e11)
+
+    def test_lists_are_searched_by_words(self):
+        found = run_json("list", "materials", "bronze")
+        self.assertEqual({m["name"] for m in found}, {"phosphor_bronze", "aluminium_bronze", "bell_bronze"})
+        self.assertTrue(all(m["group"] == "metal" and m["source"] for m in found))
+        for m in found:
+            self.assertAlmostEqual(m["bar_speed_m_per_s"] ** 2, m["youngs_modulus_pa"] / m["density_kg_m3"], places=3)
+        woods = run_json("list", "materials", "wood handbook", "MAPLE")
+        self.assertEqual([m["name"] for m in woods], ["maple"])
+        table = run("list", "materials", "bell_bronze").stdout
+        self.assertIn("C91300", table)
+        self.assertNotIn("C91300", run("list", "materials").stdout)
+        self.assertEqual(len(run("list", "materials").stdout.splitlines()), len(run_json("list", "materials")) + 3)
+        self.assertEqual(run_json("list", "materials", "unobtainium"), [])
+        self.assertIn("no materials with unobtainium", run("list", "materials", "unobtainium").stdout)
+        self.assertEqual([s["name"] for s in run_json("list", "shapes", "sound bow")], ["bell"])
+        carpets = run_json("list", "walls", "carpet")
+        self.assertEqual({w["name"] for w in carpets}, {"carpet_thin", "carpet", "carpet_heavy"})
+        self.assertTrue(all(len(w["absorption"]) == 8 for w in carpets))
+        self.assertIn("Everest", run("list", "walls", "brick_painted").stdout)
+
+    def test_a_bell_is_of_bell_bronze_where_no_material_is_named(self):
+        options = ["--pitch-cents", "off", "--max-frequency", "5 kHz"]
+        usual, bronze, iron = (run_json("modes", "bell", *options, *material)
+                               for material in ([], ["-m", "bell_bronze"], ["-m", "iron"]))
+        self.assertEqual(usual["materials"], ["bell_bronze"])
+        self.assertEqual(usual["modes"], bronze["modes"])
+        self.assertEqual(iron["materials"], ["iron"])
+        self.assertIn("material: bell_bronze, the usual one of the family bell", run("modes", "bell", *options).stdout)
+        self.assertNotIn("usual", run("modes", "bell", *options, "-m", "iron").stdout)
+        struck = run_json("strike", "bell", *options, "-o", self.folder / "bell.wav")
+        self.assertEqual(struck["materials"], ["bell_bronze"])
+        refused = run("modes", "bowl")
+        self.assertEqual(refused.returncode, 2)
+        self.assertIn("no material of bowl is given", refused.stderr)
+        plan = self.write("bells.yaml", "objects: [{shape: bell}, {shape: bell, name: cast, materials: [iron]}]\n"
+                          "modes: {max_frequency: 5 kHz}\naudio: {seconds: 0.1}\n")
+        self.assertEqual(run("plan", plan).returncode, 0)
+
+    def test_walls_of_a_room_have_names(self):
+        options = ["bar", "-m", "steel", "--pitch-cents", "off", "--max-frequency", "5 kHz", "--listener", "0,0,1",
+                   "--set", "room.dimensions=[5, 4, 3]", "--set", "room.source=[2, 2, 1]"]
+        def tail(*walls):
+            heard = run_json("strike", *options, *walls, "-o", self.folder / "room.wav")
+            return heard["record"]["room_rt60"][3]
+        bare = tail("--set", "room.walls=concrete")
+        carpeted = tail("--set", "room.walls={others: concrete, floor: carpet_heavy}")
+        self.assertGreater(bare, 4 * carpeted)
+        self.assertEqual(bare, tail("--set", "room.absorption=[0.01, 0.01, 0.02, 0.02, 0.02, 0.05]"))
+        refused = run("strike", *options, "--set", "room.walls=conkrete", "-o", self.folder / "none.wav")
+        self.assertEqual(refused.returncode, 2)
+        self.assertIn('did you mean "concrete"?', refused.stderr)
 
     def test_effects_are_listed_with_key_and_stage(self):
         effects = {e["name"]: e for e in run_json("list", "effects")}

@@ -43,8 +43,8 @@ class Installed(FolderTest):
         share = self.folder / "share"
         manual = gzip.decompress((share / "man" / "man1" / "carillon.1.gz").read_bytes())
         self.assertEqual(manual.decode(), run("manual").stdout)
-        for path in ("bash-completion/completions/carillon", "carillon/configs/smoke.yaml",
-                     "carillon/scripts/plot_accuracy", "fish/vendor_completions.d/carillon.fish"):
+        for path in ("bash-completion/completions/carillon", "carillon/configs/smoke.yaml", "carillon/materials.yaml",
+                     "carillon/walls.yaml", "carillon/scripts/plot_accuracy", "fish/vendor_completions.d/carillon.fish"):
             self.assertTrue((share / path).is_file(), path)
 
 

@@ -75,14 +75,29 @@ class Modes(ModuleTest):
         with self.assertRaisesRegex(ca.InputError, "same Poisson's ratio"):
             modes.in_material("wood")
 
+    def test_of_a_bell_are_of_bell_bronze_where_no_material_is_named(self):
+        self.assertEqual(ca.shapes()["bell"]["usual_material"], "bell_bronze")
+        usual = ca.shape("bell").modes(**BAND, pitch_cents="off")
+        self.assertEqual([m.name for m in usual.materials], ["bell_bronze"])
+        named = ca.shape("bell").modes("bell_bronze", **BAND, pitch_cents="off")
+        self.assertEqual(list(usual.frequencies), list(named.frequencies))
+        with self.assertRaisesRegex(ca.InputError, "no material of bowl"):
+            ca.shape("bowl").modes()
+
     def test_materials_are_objects(self):
         ceramic = ca.materials["ceramic"]
         self.assertIn("Hiner", ceramic.source)
-        self.assertEqual(ca.material(ceramic.text()).replace(name="ceramic", source=ceramic.source), ceramic)
+        self.assertEqual(ca.material(ceramic.text()).replace(name="ceramic", source=ceramic.source, group="ceramic"),
+                         ceramic)
+        self.assertEqual(list(ca.materials), [m["name"] for m in run_json("list", "materials")])
+        self.assertEqual({m.group for m in ca.materials.values() if "bronze" in m.name}, {"metal"})
         for preset in ca.materials.values():
             again = ca.material(preset.text())
-            for name in ("youngs_modulus", "poisson_ratio", "density", "damping", "alphas"):
+            for name in ("density", "damping", "alphas"):
                 numpy.testing.assert_equal(getattr(again, name), getattr(preset, name), preset.name)
+            for name in ("youngs_modulus", "poisson_ratio"):  # of an anisotropic solid, means of the stiffness
+                numpy.testing.assert_allclose(getattr(again, name), getattr(preset, name), err_msg=preset.name,
+                                              rtol=0 if preset.stiffness is None else 1e-14)
         heavier = ceramic.replace(density=2 * ceramic.density)
         one, two = (ca.shape("bar").modes(m, **BAND, pitch_cents="off").frequencies[0] for m in (ceramic, heavier))
         self.assertAlmostEqual(one / two, 2 ** 0.5, places=9)

@@ -208,6 +208,20 @@ TEST(Frame, MaterialsLookDifferent) {
   EXPECT_EQ(appearance_of("steel").metallic, 1);
 }
 
+TEST(Appearance, IsOfTheLastKnownWordElseOfTheGroup) {
+  EXPECT_EQ(appearance_of("bell_bronze").color, appearance_of("phosphor_bronze").color);
+  EXPECT_EQ(appearance_of("lead_glass").color, appearance_of("glass").color);
+  EXPECT_EQ(appearance_of("sterling_steel_hybrid").color, appearance_of("steel").color);
+  EXPECT_EQ(appearance_of("titanium_6al4v").metallic, 1);
+  EXPECT_EQ(appearance_of("plywood", "wood").metallic, 0);
+  EXPECT_NE(appearance_of("plywood", "wood").color, Appearance{}.color);
+  EXPECT_EQ(appearance_of("zamak", "metal").metallic, 1);
+  EXPECT_EQ(appearance_of("_").color, Appearance{}.color);
+  // A list of numbers has no word that is known.
+  EXPECT_EQ(appearance_of("youngs_modulus=7e10,poisson_ratio=0.2,density=2500").color,
+            Appearance{}.color);
+}
+
 TEST(Frame, RefusesWhatCannotBe) {
   const auto ball = sphere(1, 8);
   EXPECT_THROW(render_frame({}, {}, {}), core::InputError);

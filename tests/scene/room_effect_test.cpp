@@ -8,6 +8,7 @@
 #include "scene/columns.hpp"
 #include "scene/effects/detail/list.hpp"
 #include "scene/room_scene.hpp"
+#include "synth/room/wall_materials.hpp"
 
 namespace carillon::scene {
 namespace {
@@ -68,7 +69,15 @@ TEST(RoomEffect, SaysWhyItIsOff) {
 TEST(RoomEffect, RefusesWhatCannotBe) {
   expect_refused("room: {dimensions: [5, 4, 3], absorption: 0.3, rt60: 0.5 s}\n",
                  {"room.rt60", "absorption and rt60", "room.yaml:1"});
-  expect_refused("room: {dimensions: [5, 4, 3]}\n", {"neither absorption nor rt60"});
+  expect_refused("room: {dimensions: [5, 4, 3]}\n", {"neither absorption nor walls nor rt60"});
+  expect_refused("room: {dimensions: [5, 4, 3], walls: brick, rt60: 0.5 s}\n",
+                 {"room.rt60", "walls and rt60", "room.yaml:1"});
+  expect_refused("room: {dimensions: [5, 4, 3], walls: brik}\n",
+                 {"room.walls", "did you mean \"brick\"?", "room.yaml:1"});
+  expect_refused("room: {dimensions: [5, 4, 3], walls: {others: brick, z0: carpet}}\n",
+                 {"room.walls.z0", "this wall is called floor"});
+  expect_refused("room: {dimensions: [5, 4, 3], walls: {x0: brick, floor: carpet}}\n",
+                 {"no absorption of the wall x1", "others"});
   expect_refused("room: {dimensions: [5, 4, 3], rt60: 400 s}\n",
                  {"1000 Hz", "air alone", "5 x 4 x 3 m"});
   expect_refused("room: {dimensions: [[5, 9], 4, 3], rt60: 24 ms}\n",
@@ -85,6 +94,31 @@ TEST(RoomEffect, RefusesWhatCannotBe) {
                  {"0.4 x 4 x 3 m", "no place"});
   expect_refused("room: {dimensions: [5, 4, 3], absorption: 0.2, humidity: 2}\n", {"humidity"});
   expect_refused("room: {dimensions: [5, 4, 3], absorption: 0.2, image_order: 21}\n", {"0 to 20"});
+}
+
+// Named walls are the table's numbers, alone or beside numbers.
+TEST(RoomEffect, TakesWallsByName) {
+  const auto walls = [](const std::string& text) {
+    ConfigNode root =
+        ConfigNode::parse("room: {dimensions: [5, 4, 3], " + text + "}\n", "room.yaml");
+    const RoomScene room = read_room(root, scene_with());
+    root.finish();
+    return *room.walls;
+  };
+  const auto of = [](const char* name) { return synth::room::find_wall_material(name).absorption; };
+  EXPECT_EQ(walls("walls: brick"), synth::room::same_on_all_walls(of("brick")));
+  EXPECT_EQ(walls("absorption: brick"), walls("walls: brick"));
+  auto mixed = synth::room::same_on_all_walls(of("plaster"));
+  mixed[0] = of("window");
+  mixed[4] = of("carpet_heavy");
+  mixed[5] = synth::room::octaves_of(std::array{0.1, 0.2, 0.3, 0.4, 0.5, 0.6});
+  EXPECT_EQ(walls("walls: {others: plaster, x0: window, floor: carpet_heavy, "
+                  "ceiling: [0.1, 0.2, 0.3, 0.4, 0.5, 0.6]}"),
+            mixed);
+  EXPECT_EQ(walls("absorption: {walls: plaster, x0: window, floor: carpet_heavy, "
+                  "ceiling: [0.1, 0.2, 0.3, 0.4, 0.5, 0.6]}"),
+            mixed);
+  EXPECT_EQ(walls("walls: 0.3"), walls("absorption: 0.3"));
 }
 
 RoomScene pool() {

@@ -91,6 +91,8 @@ ObjectSource source_of(const ObjectSource& entry, const Row& row,
   });
   in_column("material", [&] {
     const std::string material = row.cell("material");
+    if (material.empty() && object.materials.empty() && object.groups.empty())
+      throw core::InputError("is empty", "name one here, or `materials:` beside the manifest");
     if (material.empty()) return;
     synth::material::parse_material(material, own);
     object.materials = {material};

@@ -53,7 +53,8 @@ render::Scene picture_of(const SimulationStage& stage, const scene::motion::Moti
     }
     const Actor& actor = *stage.actors[b];
     body.mesh = actor.surface;
-    body.appearance = render::appearance_of(actor.ringing.materials->front().name);
+    const synth::material::Material& material = actor.ringing.materials->front();
+    body.appearance = render::appearance_of(material.name, material.group);
     body.appearance.colours = actor.colours;
     body.texture = stage.moving[b].texture;
     if (const auto& texture = motion.bodies[b - first].texture) {

@@ -128,7 +128,11 @@ std::string material_of_class(const fs::path& dataset, const std::string& name) 
     if (material.at("name") != name) continue;
     // A dataset's own may have a preset's name.
     for (const synth::material::Material& preset : synth::material::preset_materials()) {
-      if (preset.name == name && scene::to_json(preset) == material) return name;
+      if (preset.name != name) continue;
+      json known = scene::to_json(preset);
+      // Datasets of earlier versions do not say it.
+      if (!material.contains("group")) known.erase("group");
+      if (known == material) return name;
     }
     std::string text = fmt::format("youngs_modulus={},poisson_ratio={},density={}",
                                    material.at("youngs_modulus_pa").get<double>(),

@@ -6,6 +6,7 @@
 #include <map>
 #include <sstream>
 
+#include "core/did_you_mean.hpp"
 #include "core/error.hpp"
 #include "core/text.hpp"
 #include "synth/damping/damping_text.hpp"
@@ -78,8 +79,9 @@ double number_of(const Pair& pair, core::Dimension dimension) {
 [[noreturn]] void refuse_key(const std::string& key) {
   std::vector<std::string> names = {"damping", "alpha1", "alpha2", "alpha3", "stiffness"};
   for (const ElasticField& field : elastic_fields()) names.emplace_back(field.name);
-  throw InputError(fmt::format("material: unknown key \"{}\"{}", key, did_you_mean(key, names)),
-                   known_keys());
+  throw InputError(
+      fmt::format("material: unknown key \"{}\"{}", key, core::did_you_mean(key, names)),
+      known_keys());
 }
 
 /// Moduli without which some strain would cost no energy.

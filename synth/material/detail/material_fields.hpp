@@ -3,7 +3,6 @@
 #include <map>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "core/fault.hpp"
@@ -51,8 +50,5 @@ std::optional<core::Fault> material_fault(const Material& material);
 /// A material from `key=value,key=value`; not checked.
 /// @throws InputError  malformed, unknown key, or one that is missing
 Material parse_fields(const std::string& text);
-
-/// "; did you mean "x"?", or nothing.
-std::string did_you_mean(std::string_view word, const std::vector<std::string>& names);
 
 }  // namespace carillon::synth::material
