@@ -34,7 +34,7 @@ struct Shape {
   solvers::mesh::SurfaceMesh surface{};  ///< of one that came as arrays
 };
 
-/// Takes what may be said of an object beside its shape: `length`, `thickness` [m], `unit`,
+/// Takes what may be said of an object beside its shape: `length`, `thickness` [m], `unit`, `node`,
 /// `any_size`, `first_axis` and `second_axis`.
 void apply(const std::string& settings, scene::Object& object) {
   const json given = json::parse(settings);
@@ -51,6 +51,10 @@ void apply(const std::string& settings, scene::Object& object) {
                      "they are of files and arrays");
   }
   if (!unit.empty()) object.file.unit = core::parse_unit_of_length(unit);
+  if (const std::string node = given.value("node", ""); !node.empty()) {
+    if (generated) throw InputError(fmt::format("{} is generated: it has no nodes", object.family));
+    object.nodes.names = {node};
+  }
   const auto axis = [&](const char* name) -> std::optional<Vec3> {
     if (!given.contains(name)) return std::nullopt;
     const auto values = given.at(name).get<std::array<double, 3>>();

@@ -276,15 +276,18 @@ class Object:
     @classmethod
     def load(cls, path: str | os.PathLike[str], *, length: Quantity = 0, unit: str = "", thickness: Quantity = 0,
              any_size: bool = False, first_axis: Axis = None, second_axis: Axis = None, profile_axis: str = "",
-             profile_id: str = "") -> Object:
-        """A mesh file (OBJ, OFF, PLY, STL, MSH), or a profile (SVG, CSV) that is turned about an axis.
+             profile_id: str = "", node: str = "") -> Object:
+        """A mesh file, or a profile (SVG, CSV) that is turned about an axis.
 
+        Files are OBJ, OFF, PLY, STL, glTF, DAE, FBX, 3MF, X3D, STEP, IGES, BREP and MSH; a unit that is given counts
+        more than the file's.
+        node: of a file that has several, or of a CAD file's solids, this one alone; "": all as one body.
         profile_axis, profile_id: of a drawing, its axis (left, right or x=NUMBER) and its outline. The others are
         those of Object.
         """
         return cls._of("shape_from_text", os.fspath(path),
                        _settings(length, thickness, unit, any_size, first_axis, second_axis,
-                                 profile_axis=profile_axis, profile_id=profile_id))
+                                 profile_axis=profile_axis, profile_id=profile_id, node=arguments.word(node, "node")))
 
     @property
     def name(self) -> str:

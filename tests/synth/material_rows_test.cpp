@@ -1,5 +1,5 @@
-// The rows of share/carillon/materials.yaml against what handbooks print, typed in anew, and against
-// what solids of their kind can be.
+// The rows of share/carillon/materials.yaml against what handbooks print, typed in anew, and
+// against what solids of their kind can be.
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
@@ -72,8 +72,8 @@ TEST(MaterialRows, OfThePapersKeepTheirElasticConstants) {
   EXPECT_EQ(material::preset_materials()[papers_rows].name, "spruce");
 }
 
-/// A species of the Wood Handbook: bending modulus [GPa] and specific gravity (table 5-3), ratios to
-/// E_L (5-1), Poisson's ratios (5-2).
+/// A species of the Wood Handbook: bending modulus [GPa] and specific gravity (table 5-3), ratios
+/// to E_L (5-1), Poisson's ratios (5-2).
 struct Species {
   double bending, gravity, radial, tangential, g_lr, g_lt, g_rt, nu_lr, nu_lt, nu_rt;
 };
