@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "cli/command_line.hpp"
 #include "cli/object_options.hpp"
@@ -22,7 +23,9 @@ using nlohmann::ordered_json;
 struct GltfOptions {
   ObjectOptions object;
   std::optional<int> modes;  ///< default_modes when none is given and there is a material
-  double amplitude = 0.05;   ///< largest displacement over the longest side
+  int audio_modes = 60;
+  std::string audio_points = "corners";
+  double amplitude = 0.05;  ///< largest displacement over the longest side
   std::string period = "1 s";
   std::string output;
 };
@@ -41,7 +44,7 @@ ShownObject shown_object(const GltfOptions& options, int modes, const Context& c
   ShownObject shown;
   if (modes > 0) {
     ObjectOptions with_modes = options.object;
-    with_modes.max_modes = modes;
+    with_modes.max_modes = std::max(modes, options.audio_modes);
     shown.object = solve_object(with_modes, context);
     shown.surface = shown.object.modes.surface;
   } else {
@@ -79,13 +82,15 @@ std::vector<dataset::exporters::GltfMaterial> looks(const scene::SolvedObject& o
 
 /// Modes as morph targets, the largest displacement of each `reach` [m].
 std::vector<dataset::exporters::GltfMode> shown_modes(
-    const scene::SolvedObject& object, const dataset::exporters::GltfSurface& surface,
+    const scene::SolvedObject& object, const dataset::exporters::GltfSurface& surface, int modes,
     double reach) {
   std::vector<dataset::exporters::GltfMode> list;
   if (object.modes.size() == 0) return list;
+  const std::size_t shown =
+      solvers::modes::whole_clusters(object.modes.eigenvalues, static_cast<std::size_t>(modes));
   const auto damping =
       synth::damping::clamped_decay_rates(object.modes, scene::damping_of(object.materials));
-  for (std::size_t i = 0; i < object.modes.size(); ++i) {
+  for (std::size_t i = 0; i < shown; ++i) {
     const Eigen::VectorXd shape = object.modes.shapes.of(static_cast<Eigen::Index>(i));
     double largest = 0;
     for (Eigen::Index k = 0; k < shape.size(); k += 3) {
@@ -110,7 +115,30 @@ void check_options(const GltfOptions& options) {
   }
 }
 
-dataset::exporters::GltfObject file_of(const GltfOptions& options, const ShownObject& shown) {
+/// The modal model of at most so many modes; none where there are no modes.
+std::optional<dataset::exporters::GltfAudio> audio_of(const GltfOptions& options,
+                                                      const scene::SolvedObject& object) {
+  if (options.audio_modes == 0 || object.modes.size() == 0) return std::nullopt;
+  solvers::modes::Band band = {0, std::numeric_limits<double>::infinity(), options.audio_modes};
+  const solvers::modes::Modes modes = solvers::modes::restrict_to(object.modes, band);
+  const auto damping =
+      synth::damping::clamped_decay_rates(modes, scene::damping_of(object.materials));
+  const solvers::mesh::TetMesh& mesh = object.mesh.mesh;
+  std::vector<double> densities;
+  for (const synth::material::Material& material : object.materials)
+    densities.push_back(material.elastic.density);
+  const synth::surface::RigidBody rigid =
+      densities.size() > 1
+          ? synth::surface::rigid_body(synth::surface::region_moments(mesh), densities, modes.mass)
+          : synth::surface::rigid_body(modes);
+  return dataset::exporters::gltf_audio(modes, damping.values, object.materials, rigid,
+                                        options.audio_points == "nodes"
+                                            ? dataset::exporters::AudioPoints::nodes
+                                            : dataset::exporters::AudioPoints::corners);
+}
+
+dataset::exporters::GltfObject file_of(const GltfOptions& options, int modes,
+                                       const ShownObject& shown) {
   dataset::exporters::GltfObject file;
   file.name = options.object.mesh;
   file.period = core::parse_quantity(options.period, core::Dimension::time);
@@ -118,7 +146,8 @@ dataset::exporters::GltfObject file_of(const GltfOptions& options, const ShownOb
   file.surface =
       dataset::exporters::gltf_surface(shown.surface, shown.regions, file.materials.size());
   const double size = solvers::mesh::bounding_box(shown.surface.nodes).longest_side();
-  file.modes = shown_modes(shown.object, file.surface, options.amplitude * size);
+  file.modes = shown_modes(shown.object, file.surface, modes, options.amplitude * size);
+  file.audio = audio_of(options, shown.object);
   file.facts["axes"] = "(x, y, z) of the object lies at (x, z, -y)";
   if (!shown.object.materials.empty()) {
     for (const synth::material::Material& material : shown.object.materials) {
@@ -131,22 +160,28 @@ dataset::exporters::GltfObject file_of(const GltfOptions& options, const ShownOb
 
 void run_export_gltf(GltfOptions options, Context& context) {
   check_options(options);
+  const bool with_modes = comes_with_modes(options.object);
   if (options.modes.value_or(0) > 0) name_material(options.object, context);
-  const int modes = options.modes.value_or(options.object.material.empty() ? 0 : default_modes);
+  const int modes =
+      options.modes.value_or(options.object.material.empty() && !with_modes ? 0 : default_modes);
   const ShownObject shown = shown_object(options, modes, context);
   settle(options.object, shown.object.pitch_target, context);
   if (!context.speaks()) return;
-  const dataset::exporters::GltfObject file = file_of(options, shown);
+  const dataset::exporters::GltfObject file = file_of(options, modes, shown);
   core::write_text_durably(options.output, dataset::exporters::gltf_bytes(file));
   const std::size_t triangles = file.surface.mesh.triangles.size();
+  const std::size_t sounding = file.audio ? file.audio->frequencies.size() : 0;
   if (context.json) {
     fmt::print("{}\n", ordered_json{{"file", options.output},
                                     {"vertices", file.surface.nodes.size()},
                                     {"triangles", triangles},
-                                    {"modes", file.modes.size()}}
+                                    {"modes", file.modes.size()},
+                                    {"audio_modes", sounding},
+                                    {"audio_points", file.audio ? file.audio->positions.size() : 0}}
                            .dump(2));
   } else {
-    fmt::print("{}: {} triangles, {} modes\n", options.output, triangles, file.modes.size());
+    fmt::print("{}: {} triangles, {} modes shown, {} modes that sound\n", options.output, triangles,
+               file.modes.size(), sounding);
   }
 }
 
@@ -154,7 +189,8 @@ void run_export_gltf(GltfOptions options, Context& context) {
 
 void add_export_gltf(Program& program, Context& context) {
   Command& command = program.add(
-      "export-gltf", "an object as a model for pictures and games, with its modes: binary glTF",
+      "export-gltf",
+      "an object as a model for pictures and games, with its modes and its sound: binary glTF",
       Needs::solver);
   auto options = std::make_shared<GltfOptions>();
   add_object_options(command, options->object);
@@ -167,6 +203,18 @@ void add_export_gltf(Program& program, Context& context) {
               "kept whole")
       .show_default(fmt::format("{} with a material", default_modes))
       .range(0, 1000);
+  command
+      .option("--audio-modes", options->audio_modes,
+              "at most so many, the lowest, in the file's modal model (KHR_audio_rigid_bodies), "
+              "which games and carillon strike play; 0: none")
+      .range(0, 100000)
+      .show_default();
+  command
+      .option("--audio-points", options->audio_points,
+              "where its mode shapes are sampled: at the corners of the surface's faces, or at all "
+              "nodes (a few times as many)")
+      .one_of({"corners", "nodes"})
+      .show_default();
   command
       .option("--amplitude", options->amplitude,
               "largest displacement at a weight of 1, over the longest side")

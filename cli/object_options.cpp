@@ -11,6 +11,7 @@
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "mpi/comm.hpp"
+#include "scene/sounding_gltf.hpp"
 #include "solvers/mesh/readers/read_mesh.hpp"
 
 namespace carillon::cli {
@@ -217,8 +218,12 @@ void add_object_options(Command& command, ObjectOptions& options) {
       .show_default("200000");
 }
 
+bool comes_with_modes(const ObjectOptions& options) {
+  return options.material.empty() && scene::has_modal_model(options.mesh);
+}
+
 void name_material(ObjectOptions& options, const Context& context) {
-  if (!options.material.empty()) return;
+  if (!options.material.empty() || comes_with_modes(options)) return;
   const scene::Object object = named_object(options);
   options.material = scene::usual_material(object);
   if (options.material.empty()) {
@@ -277,6 +282,10 @@ solvers::mesh::MeshRequest mesh_request(const ObjectOptions& options) {
 }
 
 scene::RegionMaterials region_materials(const ObjectOptions& options) {
+  if (comes_with_modes(options)) {
+    const scene::SolvedObject object = scene::read_sounding_gltf(options.mesh, options.node);
+    return {{"", object.materials.front()}};
+  }
   if (options.material.empty()) return {};
   return scene::region_materials(named_object(options), options.material);
 }
@@ -297,6 +306,15 @@ scene::ObjectRequest object_request(const ObjectOptions& options) {
 }
 
 scene::SolvedObject solve_object(const ObjectOptions& options, const Context& context) {
+  if (comes_with_modes(options)) {
+    scene::SolvedObject object;
+    mpi::agreed(context.world, [&] {
+      object = scene::read_sounding_gltf(options.mesh, options.node);
+      scene::check_size(solvers::mesh::bounding_box(object.modes.surface.nodes).longest_side(),
+                        options.any_size);
+    });
+    return object;
+  }
   scene::ObjectRequest request;
   mpi::agreed(context.world, [&] { request = object_request(options); });
   scene::SolvedObject object = scene::solve_object(request, context.world, context.cache);

@@ -51,6 +51,10 @@ scene::Object named_object(const ObjectOptions& options);
 /// @throws InputError  as named_object
 solvers::mesh::MeshRequest mesh_request(const ObjectOptions& options);
 
+/// Whether the object is a glTF file with a modal model and no material is given: it sounds as the
+/// file says, and nothing is solved.
+bool comes_with_modes(const ObjectOptions& options);
+
 /// Where no material is given, takes the usual one of the object's family, and says so.
 /// @throws InputError  as named_object, or there is none
 void name_material(ObjectOptions& options, const Context& context);

@@ -4,6 +4,8 @@
 
 #include <bit>
 
+#include "core/error.hpp"
+
 namespace carillon::core {
 
 static_assert(std::endian::native == std::endian::little);
@@ -23,6 +25,27 @@ std::string base64(std::string_view bytes) {
     text.pop_back();
   }
   return text;
+}
+
+std::string from_base64(std::string_view text) {
+  std::string plain;
+  for (const char c : text)
+    if (c != ' ' && c != '\n' && c != '\r' && c != '\t') plain += c;
+  if (plain.size() % 4 != 0) throw InputError("a base64 text is cut off");
+  const auto padding = static_cast<std::size_t>(plain.ends_with("==") ? 2 : plain.ends_with("="));
+  // Multiples of four, as above.
+  constexpr std::size_t block = 4 << 24;
+  std::string bytes(plain.size() / 4 * 3, '\0');
+  for (std::size_t at = 0; at < plain.size(); at += block) {
+    const std::string_view part = std::string_view(plain).substr(at, block);
+    const int size =
+        EVP_DecodeBlock(reinterpret_cast<unsigned char*>(bytes.data() + at / 4 * 3),  // NOLINT
+                        reinterpret_cast<const unsigned char*>(part.data()),          // NOLINT
+                        static_cast<int>(part.size()));
+    if (size < 0) throw InputError("a base64 text has a character that is none of its own");
+  }
+  bytes.resize(bytes.size() - padding);
+  return bytes;
 }
 
 }  // namespace carillon::core

@@ -70,6 +70,28 @@ ordered_json animations(GlbFile& file, const GltfObject& object) {
   return list;
 }
 
+constexpr const char* audio_extension = "KHR_audio_rigid_bodies";
+
+/// The modal model, and the node that has it.
+void add_audio(GlbFile& file, const GltfAudio& audio, const std::string& name) {
+  ordered_json model = {{"name", name},
+                        {"frequencies", file.add_numbers(audio.frequencies)},
+                        {"decayRates", file.add_numbers(audio.decay_rates)},
+                        {"positions", file.add_vectors(audio.positions)},
+                        {"shapes", file.add_vectors(audio.shapes)},
+                        {"indices", file.add_whole_numbers(audio.indices)},
+                        {"massProperties", audio.mass_properties}};
+  ordered_json extension;
+  if (!audio.material.is_null()) {
+    extension["acousticMaterials"] = ordered_json::array({audio.material});
+    model["material"] = 0;
+  }
+  extension["modalModels"] = ordered_json::array({model});
+  file.document["extensionsUsed"] = {audio_extension};
+  file.document["extensions"][audio_extension] = extension;
+  file.document["nodes"][0]["extensions"][audio_extension] = {{"modalModel", 0}};
+}
+
 }  // namespace
 
 std::string gltf_bytes(const GltfObject& object) {
@@ -102,6 +124,7 @@ std::string gltf_bytes(const GltfObject& object) {
     file.document["materials"].push_back(material_json(material));
   }
   if (!object.modes.empty()) file.document["animations"] = animations(file, object);
+  if (object.audio) add_audio(file, *object.audio, object.name);
   return file.bytes();
 }
 

@@ -83,6 +83,8 @@ Modes restrict_to(const Modes& modes, const Band& band) {
     out.eigenvalues.push_back(modes.eigenvalues[mode]);
     out.residuals.push_back(modes.residuals[mode]);
     if (!modes.pitch_errors.empty()) out.pitch_errors.push_back(modes.pitch_errors[mode]);
+    if (!modes.given_decay_rates.empty())
+      out.given_decay_rates.push_back(modes.given_decay_rates[mode]);
   }
   out.shapes = modes.shapes.select(inside);
   out.kinetic_fraction = modes.kinetic_fraction(inside, Eigen::all);

@@ -81,6 +81,9 @@ struct Modes {
   /// Estimated distance to the pitch of the body itself (its true surface, no discretisation)
   /// [cents], n values; empty where none was asked for.
   std::vector<double> pitch_errors;
+  /// Decay rates that came with the modes [1/s], n values, where a file of another program holds
+  /// them; empty: the materials' damping gives them.
+  std::vector<double> given_decay_rates;
   ModeShapes shapes;  ///< at the nodes of `surface`
   /// Share of each region in a mode's kinetic and strain energy: n rows x regions, rows sum to 1.
   Eigen::MatrixXd kinetic_fraction;
@@ -96,6 +99,7 @@ struct Modes {
 
 /// Modes of the same body with every length, Young's modulus and density multiplied by a factor:
 /// lambda scales with modulus / (density length^2), shapes with (density length^3)^-1/2. Exact.
+/// Given decay rates stay as they are: how they would change is not known.
 Modes rescale(const Modes& modes, double length, double modulus, double density);
 
 /// How many of ascending eigenvalues to take when at most `maximum` are wanted: a cluster of

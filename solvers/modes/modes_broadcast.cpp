@@ -49,6 +49,7 @@ void broadcast(Modes& modes, MPI_Comm comm, int root) {
   list(modes.eigenvalues, comm, root);
   list(modes.residuals, comm, root);
   list(modes.pitch_errors, comm, root);
+  list(modes.given_decay_rates, comm, root);
   shapes(modes.shapes, comm, root);
   matrix(modes.kinetic_fraction, comm, root);
   matrix(modes.strain_fraction, comm, root);

@@ -148,6 +148,10 @@ void write_modes(const Hdf5Group& group, const Modes& modes) {
   group.write_attribute("unit", std::string("rad^2/s^2"), "eigenvalues");
   group.write<double>("residuals", modes.residuals, {count});
   group.write_attribute("unit", std::string("1"), "residuals");
+  if (!modes.given_decay_rates.empty()) {
+    group.write<double>("given_decay_rates", modes.given_decay_rates, {count});
+    group.write_attribute("unit", std::string("1/s"), "given_decay_rates");
+  }
   if (!modes.pitch_errors.empty()) {
     group.write<double>("pitch_errors", modes.pitch_errors, {count});
     group.write_attribute("unit", std::string("cent"), "pitch_errors");
@@ -179,6 +183,8 @@ Modes read_modes(const Hdf5Group& group) {
   Modes modes;
   modes.eigenvalues = group.read<double>("eigenvalues");
   modes.residuals = group.read<double>("residuals");
+  if (group.has("given_decay_rates"))
+    modes.given_decay_rates = group.read<double>("given_decay_rates");
   if (group.has("pitch_errors")) modes.pitch_errors = group.read<double>("pitch_errors");
   modes.surface = read_mode_surface(group);
   modes.shapes = read_shapes(group, static_cast<Eigen::Index>(modes.size()));

@@ -101,6 +101,8 @@ struct DecayRates {
 /// power law with a negative exponent, a logarithm), c_r(lambda_i) is weighed by the mean of both
 /// shares: the region's fraction of the mode's energy over a cycle.
 ///
+/// Modes whose decay rates came with them keep these, whatever the models say.
+///
 /// @param regions  one for each region of the modes
 /// @throws InputError  the number of regions, a model that breaks a rule, or a rate that is not
 ///                     finite (names the frequency)

@@ -53,6 +53,7 @@ double edge_between(const std::function<double(double)>& c, double a, double b) 
 
 DecayRates clamped_decay_rates(const solvers::modes::Modes& modes,
                                std::span<const DampingModel> regions) {
+  if (!modes.given_decay_rates.empty()) return {modes.given_decay_rates, {}};
   check_regions(modes, regions.size());
   std::vector<std::function<double(double)>> functions;
   std::vector<double> at_rest;

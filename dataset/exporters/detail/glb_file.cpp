@@ -69,6 +69,14 @@ std::size_t GlbFile::add_numbers(std::span<const float> values) {
   return add(std::as_bytes(values), float_type, "SCALAR", values.size(), no_target);
 }
 
+std::size_t GlbFile::add_vectors(std::span<const std::array<float, 3>> values) {
+  return add(std::as_bytes(values), float_type, "VEC3", values.size(), no_target);
+}
+
+std::size_t GlbFile::add_whole_numbers(std::span<const std::uint32_t> values) {
+  return add(std::as_bytes(values), unsigned_type, "SCALAR", values.size(), no_target);
+}
+
 std::string GlbFile::bytes() const {
   nlohmann::ordered_json whole = document;
   whole["accessors"] = accessors_;

@@ -24,6 +24,9 @@ class GlbFile {
   std::size_t add_times(std::span<const float> values);
   /// Any other single numbers.
   std::size_t add_numbers(std::span<const float> values);
+  /// What no mesh has for vertices or indices.
+  std::size_t add_vectors(std::span<const std::array<float, 3>> values);
+  std::size_t add_whole_numbers(std::span<const std::uint32_t> values);
 
   /// The whole file.
   /// @throws InputError  more than 4 GiB
