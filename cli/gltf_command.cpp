@@ -4,6 +4,7 @@
 
 #include "cli/command_line.hpp"
 #include "cli/object_options.hpp"
+#include "cli/option_values.hpp"
 #include "cli/pitch_report.hpp"
 #include "core/error.hpp"
 #include "core/files.hpp"
@@ -108,7 +109,7 @@ void check_options(const GltfOptions& options) {
     throw core::InputError("--modes needs a material", "add -m NAME (carillon list materials)");
   }
   if (!(options.amplitude > 0)) throw core::InputError("--amplitude is not positive");
-  if (!(core::parse_quantity(options.period, core::Dimension::time) > 0)) {
+  if (!(option_quantity(options.period, core::Dimension::time, "--period") > 0)) {
     throw core::InputError("--period is not positive");
   }
 }
@@ -135,6 +136,7 @@ dataset::exporters::GltfObject file_of(const GltfOptions& options, const ShownOb
 void run_export_gltf(const GltfOptions& options, Context& context) {
   check_options(options);
   const int modes = options.modes.value_or(options.object.material.empty() ? 0 : default_modes);
+  require_output_file(context, options.output);
   const ShownObject shown = shown_object(options, modes, context);
   settle(options.object, shown.object.pitch_target, context);
   if (!context.speaks()) return;

@@ -96,6 +96,7 @@ void add_modes(Program& program, Context& context) {
       "  carillon modes bowl -m glass --pitch-cents 5\n"
       "  mpirun -n 2 carillon modes bowl -m glass --json");
   command.does([&context, options, output] {
+    require_output_file(context, *output);
     const scene::SolvedObject object = solve_object(*options, context);
     settle(*options, object.pitch_target, context);
     const auto damping =
