@@ -38,8 +38,7 @@ std::string folder_name(ConfigNode& root, const std::string& file_name) {
       "a name has letters, digits, - _ and ., and begins with none of - and .; --output names "
       "another folder";
   if (name.empty()) root.fail("name", "is empty", hint);
-  if (!may_begin_name(name.front()) ||
-      !std::all_of(name.begin(), name.end(), may_stand_in_name)) {
+  if (!may_begin_name(name.front()) || !std::all_of(name.begin(), name.end(), may_stand_in_name)) {
     root.fail("name", "\"" + name + "\" is no name of a folder", hint);
   }
   if (name.size() > longest) root.fail("name", "is longer than 100 characters", hint);

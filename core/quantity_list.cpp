@@ -24,8 +24,8 @@ NumberAndUnit split(std::string_view text) {
   const std::string_view unsigned_text =
       whole.substr(whole.starts_with('+') && !whole.starts_with("+-") ? 1 : 0);
   double value = 0;
-  const auto [end, error] = std::from_chars(
-      unsigned_text.data(), unsigned_text.data() + unsigned_text.size(), value);
+  const auto [end, error] =
+      std::from_chars(unsigned_text.data(), unsigned_text.data() + unsigned_text.size(), value);
   if (error != std::errc()) return {};
   const auto length = static_cast<std::size_t>(end - whole.data());
   return {true, value == 0, std::string(whole.substr(0, length)),

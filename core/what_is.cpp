@@ -30,7 +30,7 @@ WhatIs folder_kind(const fs::path& path) {
   }
   if (holds("sweep.json")) {
     return {"a sweep",
-            "report takes it; check, regenerate and export take the folder of a variant in it"};
+            "report takes it; for check, regenerate and export name the folder of a variant in it"};
   }
   if (holds("accuracy.json")) return {"a study of accuracy", "carillon report takes it"};
   if (holds("nightly.json")) return {"a nightly run", "carillon report takes it"};

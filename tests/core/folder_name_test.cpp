@@ -22,8 +22,8 @@ TEST(FolderName, IsTheKeysOrTheFiles) {
 }
 
 TEST(FolderName, LeadsNowhereElse) {
-  for (const char* name : {"../other", "a/b", "/tmp", ".", "..", ".hidden", "-rf", "\"\"", "\"a b\"",
-                           "\"a\\nb\"", "a:b", "~"}) {
+  for (const char* name : {"../other", "a/b", "/tmp", ".", "..", ".hidden", "-rf", "\"\"",
+                           "\"a b\"", "\"a\\nb\"", "a:b", "~"}) {
     EXPECT_THROW(name_in(std::string("name: ") + name), ConfigError) << name;
   }
   EXPECT_THROW(name_in("name: " + std::string(101, 'a')), ConfigError);
@@ -31,8 +31,7 @@ TEST(FolderName, LeadsNowhereElse) {
     name_in("seed: 1\nname: ../other");
     FAIL();
   } catch (const ConfigError& error) {
-    EXPECT_EQ(error.message(),
-              "folder/set.yaml:2:7: name: \"../other\" is no name of a folder");
+    EXPECT_EQ(error.message(), "folder/set.yaml:2:7: name: \"../other\" is no name of a folder");
   }
 }
 
