@@ -30,6 +30,7 @@ int run_accuracy(eval::accuracy::AccuracyOptions options, const Context& context
   });
 
   const std::filesystem::path output = options.output.empty() ? config.name : options.output;
+  require_output_folder(context, output.string());
   mpi::agreed(context.world, [&] {
     if (!context.speaks()) return;
     std::error_code error;

@@ -107,7 +107,8 @@ class Command {
 
 /// What a command line gets that runs no command.
 struct Reply {
-  std::string text;
+  std::string text;      ///< help or the version; of a refused one what is wrong with it
+  std::string hint{};    ///< of a refused one
   bool refused = false;  ///< else it asked for help or the version
 };
 

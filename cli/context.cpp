@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "core/outputs.hpp"
 #include "mpi/comm.hpp"
 #include "mpi/launcher.hpp"
 
@@ -9,6 +10,27 @@ namespace carillon::cli {
 
 bool Context::speaks() const {
   return world == MPI_COMM_NULL ? mpi::launcher_rank().value_or(0) == 0 : mpi::rank(world) == 0;
+}
+
+namespace {
+
+void require_output(const Context& context, const std::string& path,
+                    void (*require)(const std::filesystem::path&)) {
+  const auto look = [&] {
+    if (!path.empty() && context.speaks()) require(path);
+  };
+  if (context.world == MPI_COMM_NULL) return look();
+  mpi::agreed(context.world, look);
+}
+
+}  // namespace
+
+void require_output_file(const Context& context, const std::string& path) {
+  require_output(context, path, core::require_writable_file);
+}
+
+void require_output_folder(const Context& context, const std::string& path) {
+  require_output(context, path, core::require_writable_folder);
 }
 
 core::Tell teller(const Context& context) {

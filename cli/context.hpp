@@ -26,6 +26,13 @@ struct Context {
   bool speaks() const;
 };
 
+/// Refuse an output that could not be written, before there is any work for it: -o names a file or
+/// a folder. An empty name passes.
+/// @throws FileError
+/// @note Collective where the command has ranks: rank 0 looks.
+void require_output_file(const Context& context, const std::string& path);
+void require_output_folder(const Context& context, const std::string& path);
+
 /// Says results on standard output, as the options ask for them.
 core::Tell teller(const Context& context);
 

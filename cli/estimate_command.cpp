@@ -4,8 +4,10 @@
 
 #include "cli/command_line.hpp"
 #include "cli/object_options.hpp"
+#include "cli/option_values.hpp"
 #include "cli/recording.hpp"
 #include "core/audio.hpp"
+#include "core/files.hpp"
 #include "eval/material/estimate_recording.hpp"
 #include "eval/material/estimate_report.hpp"
 #include "mpi/comm.hpp"
@@ -31,9 +33,11 @@ void run_estimate(const EstimateOptions& options, Context& context) {
   mpi::agreed(context.world, [&] { request = object_request(options.object); });
   request.materials = {{"", assumed}};
   std::optional<Vec3> direction;
-  if (!options.direction.empty()) direction = parse_position(options.direction);
+  if (!options.direction.empty()) direction = parse_position(options.direction, "--direction");
   const eval::material::StruckPlace place =
-      eval::material::struck_place(parse_position(options.at), direction);
+      eval::material::struck_place(parse_position(options.at, "--at"), direction);
+  request.struck = {place.at};
+  require_output_file(context, options.output);
   eval::material::HeardRecording recording;
   core::Trace trace;
   mpi::agreed(context.world, [&] {
@@ -49,7 +53,9 @@ void run_estimate(const EstimateOptions& options, Context& context) {
   const eval::material::RecordedMaterial found = eval::material::estimate_recording(
       recording, object.modes, object.materials, place, wanted, options.object.mesh, trace);
   if (!options.output.empty()) {
-    core::write_wav(options.output, found.resynthesis, core::SampleFormat::float32);
+    core::write_durably(options.output, [&](const std::filesystem::path& path) {
+      core::write_wav(path, found.resynthesis, core::SampleFormat::float32);
+    });
   }
   const auto density = eval::material::known_density(options.estimate);
   if (context.json) {

@@ -16,6 +16,7 @@
 #include "dataset/exporters/export_folder.hpp"
 #include "dataset/exporters/whole_dataset.hpp"
 #include "dataset/run/croissant.hpp"
+#include "dataset/stored/stored_dataset.hpp"
 #include "mpi/comm.hpp"
 
 namespace carillon::cli {
@@ -117,8 +118,7 @@ void run_export(const ExportOptions& options, const Context& context) {
   dataset::exporters::CardSource source;
   mpi::agreed(context.world, [&] {
     if (!std::filesystem::exists(folder / "index.h5")) {
-      throw core::InputError(fmt::format("{} is no dataset", folder.string()),
-                             "a dataset has an index.h5; of a sweep give one variant's folder");
+      throw dataset::stored::not_a_dataset(folder);
     }
     index = core::Hdf5Group::open_file(folder / "index.h5");
     if (context.speaks()) dataset::exporters::require_whole(folder, *index, options.arrays);

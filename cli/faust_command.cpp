@@ -8,6 +8,7 @@
 
 #include "cli/command_line.hpp"
 #include "cli/object_options.hpp"
+#include "cli/option_values.hpp"
 #include "cli/pitch_report.hpp"
 #include "core/error.hpp"
 #include "core/files.hpp"
@@ -36,7 +37,7 @@ struct FaustOptions {
 
 double positive(const std::string& text, core::Dimension dimension, const char* option,
                 const char* hint) {
-  const double value = core::parse_quantity(text, dimension);
+  const double value = option_quantity(text, dimension, option);
   if (!(value > 0)) throw core::InputError(fmt::format("{} {}: not positive", option, text), hint);
   return value;
 }
@@ -48,7 +49,9 @@ std::vector<synth::modal::SurfacePoint> points_of(const FaustOptions& options,
   if (options.points > 0) return scene::spread_points(sampler, surface, options.points, places);
   if (options.at.empty()) return {sampler.sample(places)};
   std::vector<synth::modal::SurfacePoint> points;
-  for (const std::string& at : options.at) points.push_back(sampler.nearest(parse_position(at)));
+  for (const std::string& at : options.at) {
+    points.push_back(scene::nearest_point(sampler, surface, parse_position(at, "--at")));
+  }
   return points;
 }
 
@@ -192,6 +195,7 @@ void check_options(const FaustOptions& options) {
 void run_export_faust(FaustOptions options, Context& context) {
   check_options(options);
   name_material(options.object, context);
+  require_output_file(context, options.output);
   const scene::SolvedObject object = solve_object(options.object, context);
   settle(options.object, object.pitch_target, context);
   if (!context.speaks()) return;

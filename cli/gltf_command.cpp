@@ -5,6 +5,7 @@
 
 #include "cli/command_line.hpp"
 #include "cli/object_options.hpp"
+#include "cli/option_values.hpp"
 #include "cli/pitch_report.hpp"
 #include "core/error.hpp"
 #include "core/files.hpp"
@@ -110,7 +111,7 @@ std::vector<dataset::exporters::GltfMode> shown_modes(
 
 void check_options(const GltfOptions& options) {
   if (!(options.amplitude > 0)) throw core::InputError("--amplitude is not positive");
-  if (!(core::parse_quantity(options.period, core::Dimension::time) > 0)) {
+  if (!(option_quantity(options.period, core::Dimension::time, "--period") > 0)) {
     throw core::InputError("--period is not positive");
   }
 }
@@ -164,6 +165,7 @@ void run_export_gltf(GltfOptions options, Context& context) {
   if (options.modes.value_or(0) > 0) name_material(options.object, context);
   const int modes =
       options.modes.value_or(options.object.material.empty() && !with_modes ? 0 : default_modes);
+  require_output_file(context, options.output);
   const ShownObject shown = shown_object(options, modes, context);
   settle(options.object, shown.object.pitch_target, context);
   if (!context.speaks()) return;

@@ -5,6 +5,7 @@
 
 #include "cli/command_line.hpp"
 #include "cli/commands.hpp"
+#include "cli/option_values.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
 #include "mpi/comm.hpp"
@@ -102,7 +103,7 @@ void add_inspect(Program& program, Context& context) {
       file.any_size = true;
       file.node = options->node;
       if (!options->length.empty()) {
-        file.length = core::parse_quantity(options->length, core::Dimension::length);
+        file.length = option_quantity(options->length, core::Dimension::length, "--length");
       }
       if (!options->unit.empty()) file.unit = core::parse_unit_of_length(options->unit);
       try {

@@ -97,6 +97,7 @@ void add_modes(Program& program, Context& context) {
       "  mpirun -n 2 carillon modes bowl -m glass --json");
   command.does([&context, options, output] {
     name_material(*options, context);
+    require_output_file(context, *output);
     const scene::SolvedObject object = solve_object(*options, context);
     settle(*options, object.pitch_target, context);
     const auto damping =

@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include <sstream>
 #include <vector>
 
 #include "cli/command_line.hpp"
+#include "cli/option_values.hpp"
 #include "core/error.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
@@ -24,7 +24,7 @@ namespace {
 /// A length that was given; 0 where none was.
 double positive_length(const std::string& text, const char* option) {
   if (text.empty()) return 0;
-  const double length = core::parse_quantity(text, Dimension::length);
+  const double length = option_quantity(text, Dimension::length, option);
   if (!(length > 0)) {
     throw InputError(fmt::format("{} {}: a length is positive", option, text),
                      "leave the option out to have it chosen");
@@ -97,12 +97,15 @@ scene::SolverRequest solver_request(const ObjectOptions& options) {
 
 solvers::eigen::SolveOptions solve_options(const ObjectOptions& options) {
   solvers::eigen::SolveOptions solve;
-  solve.band.min_frequency = core::parse_quantity(options.min_frequency, Dimension::frequency);
-  solve.band.max_frequency =
-      core::parse_quantity(options.max_frequency.value_or("20 kHz"), Dimension::frequency);
+  solve.band.min_frequency =
+      option_quantity(options.min_frequency, Dimension::frequency, "--min-frequency");
+  solve.band.max_frequency = option_quantity(options.max_frequency.value_or("20 kHz"),
+                                             Dimension::frequency, "--max-frequency");
   solve.band.max_modes = options.max_modes;
   if (!(solve.band.min_frequency >= 0 && solve.band.max_frequency > solve.band.min_frequency)) {
-    throw InputError("the band is empty", "--max-frequency must be above --min-frequency");
+    throw InputError(fmt::format("the band from {:.6g} to {:.6g} Hz is empty",
+                                 solve.band.min_frequency, solve.band.max_frequency),
+                     "--min-frequency is 0 or more, and --max-frequency above it");
   }
   if (options.eigen_solver)
     solve.solver = solvers::modes::parse_eigen_solver(*options.eigen_solver);
@@ -252,17 +255,20 @@ scene::Object named_object(const ObjectOptions& options) {
                                              {options.profile_axis, options.profile_id, length});
   object.file.any_size = options.any_size;
   if (!options.first_axis.empty() || !options.second_axis.empty()) {
-    const auto axis = [](const std::string& text) {
-      return text.empty() ? std::optional<Vec3>() : parse_position(text);
+    const auto axis = [](const std::string& text, const char* option) {
+      return text.empty() ? std::optional<Vec3>() : parse_position(text, option);
     };
-    object.material_axes =
-        scene::material_axes(axis(options.first_axis), axis(options.second_axis));
+    object.material_axes = scene::material_axes(axis(options.first_axis, "--first-axis"),
+                                                axis(options.second_axis, "--second-axis"));
   }
   if (object.family.empty()) {
     refuse_idle(options);
     object.file.length = length;
     if (!options.node.empty()) object.nodes.names = {options.node};
-    if (!options.unit.empty()) object.file.unit = core::parse_unit_of_length(options.unit);
+    if (!options.unit.empty()) {
+      object.file.unit =
+          at_option("--unit", [&] { return core::parse_unit_of_length(options.unit); });
+    }
     object.file.thickness = positive_length(options.thickness, "--thickness");
   } else if (object.profile_file.empty()) {
     refuse_idle(options, object.family);
@@ -305,7 +311,8 @@ scene::ObjectRequest object_request(const ObjectOptions& options) {
   return request;
 }
 
-scene::SolvedObject solve_object(const ObjectOptions& options, const Context& context) {
+scene::SolvedObject solve_object(const ObjectOptions& options, const Context& context,
+                                 const std::optional<Vec3>& struck) {
   if (comes_with_modes(options)) {
     scene::SolvedObject object;
     mpi::agreed(context.world, [&] {
@@ -317,23 +324,12 @@ scene::SolvedObject solve_object(const ObjectOptions& options, const Context& co
   }
   scene::ObjectRequest request;
   mpi::agreed(context.world, [&] { request = object_request(options); });
+  if (struck) request.struck = {*struck};
   scene::SolvedObject object = scene::solve_object(request, context.world, context.cache);
   if (context.speaks())
     for (const std::string& warning : object.warnings)
       spdlog::warn("{}: {}", options.mesh, context.chosen->in_options(warning));
   return object;
-}
-
-Vec3 parse_position(const std::string& text) {
-  Vec3 position;
-  std::istringstream parts(text);
-  int i = 0;
-  for (std::string part; std::getline(parts, part, ','); ++i) {
-    if (i < 3) position[i] = core::parse_quantity(part, Dimension::length);
-  }
-  if (i != 3)
-    throw InputError(fmt::format("\"{}\" is not a position", text), "write x,y,z in metres");
-  return position;
 }
 
 }  // namespace carillon::cli

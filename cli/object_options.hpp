@@ -69,11 +69,9 @@ scene::RegionMaterials region_materials(const ObjectOptions& options);
 scene::ObjectRequest object_request(const ObjectOptions& options);
 
 /// scene::solve_object() of what the options ask for.
+/// @param struck  [m], refused where it is off the object
 /// @note Collective on the context's world.
-scene::SolvedObject solve_object(const ObjectOptions& options, const Context& context);
-
-/// Three numbers with units, "0.1,0,2 cm".
-/// @throws InputError
-Vec3 parse_position(const std::string& text);
+scene::SolvedObject solve_object(const ObjectOptions& options, const Context& context,
+                                 const std::optional<Vec3>& struck = {});
 
 }  // namespace carillon::cli

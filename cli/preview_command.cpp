@@ -26,6 +26,7 @@ void add_preview(Program& program, Context& context) {
       .one_value_each();
   command.footer("Example:\n  carillon preview configs/smoke.yaml --sample 3");
   command.does([&context, options] {
+    require_output_folder(context, options->output);
     dataset::run::LoadedBuild build = dataset::run::load_build(options->build, context.world);
     const dataset::run::Preview preview = dataset::run::preview_sample(
         build, options->sample, options->output, context.cache, context.world);

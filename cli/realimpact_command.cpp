@@ -6,6 +6,7 @@
 
 #include "cli/command_line.hpp"
 #include "cli/object_options.hpp"
+#include "cli/option_values.hpp"
 #include "cli/pitch_report.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
@@ -58,8 +59,9 @@ eval::recorded::Stretch parse_stretch(const std::string& text, double sample_rat
 eval::recorded_objects::StudyOptions study_options(const ImpactOptions& options,
                                                    const solvers::modes::Band& band) {
   eval::recorded_objects::StudyOptions study = options.study;
-  study.sample_rate = core::parse_quantity(options.sample_rate, core::Dimension::frequency);
-  study.skip = core::parse_quantity(options.skip, core::Dimension::time);
+  study.sample_rate =
+      option_quantity(options.sample_rate, core::Dimension::frequency, "--sample-rate");
+  study.skip = option_quantity(options.skip, core::Dimension::time, "--skip");
   if (!(study.sample_rate >= 1000)) throw core::InputError("--sample-rate must be 1 kHz or more");
   if (!(study.skip >= 0)) throw core::InputError("--skip must not be negative");
   study.stretch = parse_stretch(options.stretch, study.sample_rate);
@@ -86,6 +88,7 @@ void run_realimpact(const ImpactOptions& options, Context& context) {
     how = study_options(options, object.solve.band);
     rows = eval::recorded_objects::choose_rows(*folder, choice, options.vertices);
   });
+  require_output_folder(context, options.output);
   const scene::SolvedObject solved = scene::solve_object(object, context.world, context.cache);
   settle(options.object, solved.pitch_target, context);
   if (!context.speaks()) return;

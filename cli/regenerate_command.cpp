@@ -35,6 +35,8 @@ void add_regenerate(Program& program, Context& context) {
       "  carillon regenerate kitchen --sample 12 -o again.wav\n"
       "  carillon regenerate kitchen --sample 12 --set noise.snr=0 -o louder-noise.wav");
   command.does([&context, options] {
+    options->samples.size() == 1 ? require_output_file(context, options->output)
+                                 : require_output_folder(context, options->output);
     int exit_code = mpi::exit_done;
     mpi::agreed(context.world, [&] {
       if (!context.speaks()) return;

@@ -41,6 +41,7 @@ void write_report(const ReportOptions& options, const Context& context) {
 
 /// One rank does it; all end with its outcome.
 void run_report(const ReportOptions& options, const Context& context) {
+  require_output_file(context, options.output);
   mpi::agreed(context.world, [&] {
     if (context.speaks()) write_report(options, context);
   });

@@ -1,18 +1,25 @@
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <cerrno>
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
 #include <optional>
+#include <string_view>
+#include <system_error>
 
 #include "cli/command_line.hpp"
 #include "cli/commands.hpp"
 #include "cli/learning_commands.hpp"
 #include "core/failure.hpp"
 #include "core/files.hpp"
+#include "core/progress.hpp"
 #include "core/revision.hpp"
 #include "core/storage_error.hpp"
 #include "core/text.hpp"
@@ -60,24 +67,31 @@ int succeed(const Context& context) {
   return context.exit_code;
 }
 
+/// Says what went wrong, to people and, with --json, to programs.
+/// @param who  begins what people read; "" or "rank 1: "
+void say(const core::Failure& failure, const std::string& who, bool json) {
+  const std::string hint = failure.hint.empty() ? "" : "\n  hint: " + failure.hint;
+  std::fprintf(stderr, "carillon: %s%s%s\n", who.c_str(), failure.message.c_str(), hint.c_str());
+  if (!json) return;
+  // Throws nothing: another error is on its way.
+  std::printf("{\"error\": %s}\n", core::to_record(failure).c_str());
+  std::fflush(stdout);
+}
+
 /// Says what went wrong, and ends the command on every rank.
 /// @return the exit code
 int fail(const Context& context, const std::exception_ptr& error) {
   constexpr double timeout_s = 5;
   core::Failure failure = core::describe(error);
-  failure.message = context.chosen->in_options(failure.message);
-  failure.hint = context.chosen->in_options(failure.hint);
+  if (context.chosen != nullptr) {
+    failure.message = context.chosen->in_options(failure.message);
+    failure.hint = context.chosen->in_options(failure.hint);
+  }
   const mpi::ExitCode code = failure.kind == "Error" ? mpi::exit_internal : mpi::exit_input;
-  const std::string words =
-      failure.message + (failure.hint.empty() ? "" : "\n  hint: " + failure.hint);
-  const auto say = [&](const std::string& who) {
-    std::fprintf(stderr, "carillon: %s%s\n", who.c_str(), words.c_str());
-    if (!context.json) return;
-    fmt::print("{{\"error\": {}}}\n", core::to_record(failure));
-    std::fflush(stdout);
+  const auto tell = [&] {
+    say(failure, fmt::format("rank {}: ", mpi::rank(context.world)), context.json);
   };
-  const auto tell = [&] { say(fmt::format("rank {}: ", mpi::rank(context.world))); };
-  if (context.speaks()) say("");
+  if (context.speaks()) say(failure, "", context.json);
   if (context.world == MPI_COMM_NULL) return code;
   if (!everyone_arrives(context.world, timeout_s)) {
     // The others are in a collective call that this rank will never join: end them all.
@@ -145,8 +159,64 @@ int tell(const Reply& reply, Context& context, int argc, char** argv) {
   Started started;
   // A launcher ends every rank when one has failed. MPI keeps them until rank 0 has spoken.
   if (reply.refused) start(started, Needs::nothing, context, argc, argv);
-  if (context.speaks()) std::fputs(reply.text.c_str(), reply.refused ? stderr : stdout);
+  if (context.speaks()) {
+    if (reply.refused) {
+      // The command line may have been given up before the option was read.
+      const bool json = std::any_of(argv + 1, argv + argc, [](const char* word) {
+        return std::string_view(word) == "--json";
+      });
+      say({"InputError", reply.text, reply.hint}, "", json);
+    } else {
+      fmt::print("{}", reply.text);
+    }
+  }
   return reply.refused ? mpi::exit_input : mpi::exit_done;
+}
+
+/// Standard streams that whoever started the program has closed are held by what cannot be written
+/// to, so that no file that is opened takes their numbers and gets what is meant for them.
+void hold_standard_streams() {
+  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    // The lowest number that is free is taken.
+    if (::fcntl(stream, F_GETFD) < 0) static_cast<void>(::open("/dev/null", O_RDONLY));
+  }
+}
+
+/// Colours are for terminals, of people who have not asked for plain text.
+void choose_colours() {
+  auto sink = std::make_shared<spdlog::sinks::stderr_color_sink_mt>();
+  if (core::plain_text_asked()) sink->set_color_mode(spdlog::color_mode::never);
+  // Standard output belongs to results: a warning among them would spoil --json.
+  spdlog::set_default_logger(std::make_shared<spdlog::logger>("carillon", std::move(sink)));
+}
+
+/// Gives standard output what is still meant for it.
+/// @return the system's number of what is wrong with it; 0: nothing
+int finish_output() {
+  errno = 0;
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return 0;
+  return errno != 0 ? errno : EIO;
+}
+
+/// What could not be written to standard output is forgotten: libraries that end later would
+/// complain of it again.
+void drop_output() {
+  if (std::freopen("/dev/null", "w", stdout) == nullptr) std::clearerr(stdout);
+}
+
+/// Ends a command whose results nobody can read.
+/// @return the exit code
+int fail_to_speak(const Context& context, int error) {
+  drop_output();
+  // A reader that has gone, as in `carillon ... | head`, has read enough.
+  if (error == EPIPE) {
+    if (context.world != MPI_COMM_NULL) succeed(context);
+    return 128 + SIGPIPE;
+  }
+  return fail(context, std::make_exception_ptr(
+                           core::FileError(fmt::format("standard output: cannot be written: {}",
+                                                       std::generic_category().message(error)),
+                                           "files that were made are whole")));
 }
 
 }  // namespace
@@ -158,9 +228,8 @@ void set_libraries_up() {
 }
 
 int run(int argc, char** argv, const LearningCommands& learning) {
-  // Standard output belongs to results: a warning among them would spoil --json.
-  spdlog::set_default_logger(std::make_shared<spdlog::logger>(
-      "carillon", std::make_shared<spdlog::sinks::stderr_color_sink_mt>()));
+  hold_standard_streams();
+  choose_colours();
 
   Context context;
   context.arguments = argv;
@@ -170,21 +239,29 @@ int run(int argc, char** argv, const LearningCommands& learning) {
                   "sounds, voxels and pictures.\nRuns with or without mpirun.",
                   version_text);
   describe(program, context, learning);
-  if (const auto reply = program.parse(argc, argv)) return tell(*reply, context, argc, argv);
-
-  const Command& command = program.chosen();
-  context.chosen = &command;
   Started started;
   try {
+    if (const auto reply = program.parse(argc, argv)) {
+      const int code = tell(*reply, context, argc, argv);
+      const int error = finish_output();
+      return error == 0 ? code : fail_to_speak(context, error);
+    }
+    const Command& command = program.chosen();
+    context.chosen = &command;
     command.begin();
     start(started, command.needs(), context, argc, argv);
     command.run();
+    if (const int error = finish_output(); error != 0) return fail_to_speak(context, error);
     return succeed(context);
   } catch (const core::StorageError&) {
     const int code = fail(context, std::current_exception());
     // HDF5 cannot close a file that the disk had no room for, and crashes over it in MPI_Finalize.
     std::fflush(nullptr);
     _exit(code);
+  } catch (const std::system_error& error) {
+    // fmt's, of standard output.
+    if (std::ferror(stdout) != 0) return fail_to_speak(context, error.code().value());
+    return fail(context, std::current_exception());
   } catch (const std::exception&) {
     return fail(context, std::current_exception());
   }

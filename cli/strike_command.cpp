@@ -6,9 +6,11 @@
 
 #include "cli/command_line.hpp"
 #include "cli/object_options.hpp"
+#include "cli/option_values.hpp"
 #include "cli/pitch_report.hpp"
 #include "core/audio.hpp"
 #include "core/error.hpp"
+#include "core/files.hpp"
 #include "core/numbers.hpp"
 #include "core/units.hpp"
 #include "scene/chain.hpp"
@@ -42,7 +44,7 @@ std::vector<std::string> scene_overrides(const StrikeOptions& options) {
       bare && options.impulse.empty() ? scene::default_impulse : options.impulse);
   const std::string contact =
       bare && options.contact_time.empty() ? scene::default_contact_time : options.contact_time;
-  if (!contact.empty() && core::parse_quantity(contact, core::Dimension::time) == 0) {
+  if (!contact.empty() && option_quantity(contact, core::Dimension::time, "--contact-time") == 0) {
     put("effects.contact", "off");  // an ideal impulse
   } else {
     put("strikes.contact_time", contact);
@@ -51,7 +53,7 @@ std::vector<std::string> scene_overrides(const StrikeOptions& options) {
   put("audio.sample_rate", options.sample_rate);
   put("audio.gain", options.gain);
   if (!options.listener.empty()) {
-    const Vec3 ear = parse_position(options.listener);
+    const Vec3 ear = parse_position(options.listener, "--listener");
     put("listeners", fmt::format("[{{position: [{}, {}, {}]}}]", ear.x(), ear.y(), ear.z()));
   }
   all.insert(all.end(), options.overrides.begin(), options.overrides.end());
@@ -83,20 +85,20 @@ ObjectOptions sounding_band(ObjectOptions object, const scene::Scene& scene) {
 
 /// Everything that is wrong without knowing the object, before it is solved.
 void check_options(const StrikeOptions& options) {
-  if (!options.at.empty()) parse_position(options.at);
-  if (!options.direction.empty() && !(parse_position(options.direction).norm() > 0)) {
+  if (!options.direction.empty() &&
+      !(parse_position(options.direction, "--direction").norm() > 0)) {
     throw core::InputError("--direction has no length");
   }
-  if (!(core::parse_quantity(options.interval, core::Dimension::time) >= 0)) {
+  if (!(option_quantity(options.interval, core::Dimension::time, "--interval") >= 0)) {
     throw core::InputError("--interval must not be negative");
   }
 }
 
 scene::KnownStrike known_strike(const StrikeOptions& options) {
   scene::KnownStrike known;
-  if (!options.at.empty()) known.position = parse_position(options.at);
+  if (!options.at.empty()) known.position = parse_position(options.at, "--at");
   if (!options.direction.empty()) {
-    known.direction = parse_position(options.direction).normalized();
+    known.direction = parse_position(options.direction, "--direction").normalized();
   }
   return known;
 }
@@ -105,19 +107,24 @@ void run_strike(StrikeOptions options, Context& context) {
   check_options(options);
   name_material(options.object, context);
   const scene::Scene scene = scene_of(options, scene::listed(region_materials(options.object)));
-  const scene::SolvedObject object = solve_object(sounding_band(options.object, scene), context);
+  const scene::KnownStrike known = known_strike(options);
+  require_output_file(context, options.output);
+  const scene::SolvedObject object =
+      solve_object(sounding_band(options.object, scene), context, known.position);
   settle(options.object, object.pitch_target, context);
   if (!context.speaks()) return;
 
   const scene::StruckSound struck = scene::strike_once(
       scene, options.object.mesh, object,
-      {.known = known_strike(options),
+      {.known = known,
        .seed = options.seed,
        .repeat = options.repeat,
        .interval = core::parse_quantity(options.interval, core::Dimension::time)},
       context.cache);
   const scene::Sound& sound = struck.sound;
-  core::write_wav(options.output, scene::clip_of(sound), scene.audio.dtype);
+  core::write_durably(options.output, [&](const std::filesystem::path& path) {
+    core::write_wav(path, scene::clip_of(sound), scene.audio.dtype);
+  });
   if (context.json) {
     nlohmann::json json = to_json(struck, scene);
     json["file"] = options.output;

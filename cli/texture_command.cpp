@@ -4,6 +4,7 @@
 
 #include "cli/command_line.hpp"
 #include "cli/commands.hpp"
+#include "cli/option_values.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
 #include "render/maps/generated_maps.hpp"
@@ -31,7 +32,7 @@ std::map<std::string, double> parse_parameters(const std::vector<std::string>& t
       throw core::InputError(fmt::format("--set {}: no value", text), "write --set size=8mm");
     }
     values[text.substr(0, equals)] =
-        core::parse_quantity(text.substr(equals + 1), core::Dimension::length);
+        option_quantity(text.substr(equals + 1), core::Dimension::length, "--set");
   }
   return values;
 }
@@ -64,6 +65,7 @@ void add_texture(Program& program, Context& context) {
       "`depth:`.");
   command.does([&context, options] {
     if (!context.speaks()) return;
+    require_output_file(context, options->output);
     const nlohmann::json made = write_texture(*options);
     if (context.json) {
       fmt::print("{}\n", made.dump(2));

@@ -13,6 +13,7 @@
 
 #include "core/error.hpp"
 #include "core/handle.hpp"
+#include "core/what_is.hpp"
 
 namespace carillon::core {
 
@@ -102,6 +103,17 @@ void write(const std::string& name, const AudioClip& clip, SampleFormat format, 
   throw FileError(fmt::format("{}: cannot be written: {}", name, reason));
 }
 
+/// Why libsndfile could not open a file, which it hardly tells.
+[[noreturn]] void refuse_to_read(const std::filesystem::path& path) {
+  const WhatIs what = what_is(path);
+  if (what.name == "missing") throw FileError(fmt::format("{}: no such file", path.string()));
+  if (!what.sound && what.name != "a file") {
+    throw FileError(fmt::format("{} is {}; a recording is wanted", path.string(), what.name),
+                    "WAV, FLAC, Ogg or any other file that libsndfile reads");
+  }
+  throw FileError(fmt::format("{}: cannot be read: {}", path.string(), sf_strerror(nullptr)));
+}
+
 }  // namespace
 
 std::vector<std::int16_t> to_int16(std::span<const float> samples, std::int64_t* clipped) {
@@ -133,7 +145,7 @@ AudioHeader read_audio_header(const std::filesystem::path& path) {
   SF_INFO info{};
   const SoundFile file(sf_open(path.c_str(), SFM_READ, &info));
   if (file.get() == nullptr) {
-    throw FileError(fmt::format("{}: cannot be read: {}", path.string(), sf_strerror(nullptr)));
+    refuse_to_read(path);
   }
   return {info.channels, info.samplerate,
           static_cast<double>(info.frames) / static_cast<double>(info.samplerate)};
@@ -143,7 +155,7 @@ AudioClip read_audio(const std::filesystem::path& path) {
   SF_INFO info{};
   const SoundFile file(sf_open(path.c_str(), SFM_READ, &info));
   if (file.get() == nullptr) {
-    throw FileError(fmt::format("{}: cannot be read: {}", path.string(), sf_strerror(nullptr)));
+    refuse_to_read(path);
   }
   AudioClip clip;
   clip.channels = info.channels;

@@ -13,6 +13,7 @@
 #include "core/detail/config_impl.hpp"
 #include "core/error.hpp"
 #include "core/files.hpp"
+#include "core/what_is.hpp"
 
 namespace carillon::core {
 
@@ -112,8 +113,9 @@ std::vector<Range> ConfigNode::ranges(const std::string& key, Dimension dimensio
   }
   std::vector<Range> answer;
   std::vector<std::string> texts;
+  const std::vector<ConfigTree> items = impl_->with_own_units(*value, key);
   for (std::size_t i = 0; i < count; ++i) {
-    const ConfigTree& item = value->items[i];
+    const ConfigTree& item = items[i];
     const std::string name = fmt::format("{}[{}]", key, i);
     const std::vector<double> ends =
         item.kind == Kind::list ? impl_->numbers(item, name, dimension)
@@ -365,6 +367,14 @@ std::string path_beside(const std::string& file_name, const std::string& path) {
 }
 
 std::string read_text_file(const std::string& path) {
+  const WhatIs what = what_is(path);
+  if (what.name == "missing") {
+    throw FileError(fmt::format("{}: no such file", path), "a configuration is a YAML file");
+  }
+  if (what.name != "a file" && what.name != "a configuration" && what.name != "no file") {
+    throw FileError(fmt::format("{} is {}; a YAML configuration is wanted", path, what.name),
+                    what.takes);
+  }
   return read_file(path);
 }
 

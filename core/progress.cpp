@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <utility>
 
 #include "core/trace.hpp"
@@ -80,12 +81,25 @@ void Progress::draw(const std::string& note, bool last) {
   if (!note.empty()) line += "  " + note;
   if (terminal_) {
     const auto width = static_cast<std::size_t>(std::max(20, terminal_columns() - 1));
+    line = cut(std::move(line), width);
+    const std::size_t length = line.size();
     // Back to the first column, and clear what the longer line before left over.
-    fmt::print(stderr, "\r{}\x1b[K{}", cut(line, width), last ? "\n" : "");
+    if (plain_text_asked()) {
+      line.resize(std::max(length, drawn_width_), ' ');
+    } else {
+      line += "\x1b[K";
+    }
+    drawn_width_ = length;
+    fmt::print(stderr, "\r{}{}", line, last ? "\n" : "");
   } else {
     fmt::print(stderr, "{}\n", line);
   }
   std::fflush(stderr);
+}
+
+bool plain_text_asked() {
+  const char* asked = std::getenv("NO_COLOR");
+  return asked != nullptr && *asked != '\0';
 }
 
 std::string human_duration(double seconds) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 
@@ -24,12 +25,16 @@ class Progress {
   double total_;
   bool quiet_;
   bool terminal_;
+  std::size_t drawn_width_ = 0;  ///< of the line that a terminal shows
   bool finished_ = false;
   double interval_;
   double start_;
   double last_drawn_;
   double done_ = 0;
 };
+
+/// Whether the environment asks for text without escape codes: NO_COLOR (no-color.org).
+bool plain_text_asked();
 
 /// "0.4 s", "3 s", "2 min 05 s", "1 h 12 min".
 std::string human_duration(double seconds);

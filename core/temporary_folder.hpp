@@ -18,6 +18,11 @@ class TemporaryFolder {
 
  private:
   std::filesystem::path path_;
+  int entry_ = -1;  ///< among those that remove_temporary_folders() knows
 };
+
+/// Removes those of this process that are there, for a program that ends at once. A signal handler
+/// may call it.
+void remove_temporary_folders() noexcept;
 
 }  // namespace carillon::core

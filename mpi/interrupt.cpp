@@ -3,9 +3,12 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstring>
 #include <ctime>
 
+#include "core/temporary_folder.hpp"
 #include "core/termination_blocked.hpp"
+#include "mpi/launcher.hpp"
 
 namespace carillon::mpi {
 
@@ -27,8 +30,19 @@ extern "C" void request_interrupt(int signal) {
   errno = error;
 }
 
-extern "C" void leave(int) {
+// Of rank 0 alone, "" of the others.
+const char* farewell = "";
+
+/// Ends the process without the temporary files that nobody needs any more.
+[[noreturn]] void leave_tidily() {
+  core::remove_temporary_folders();
   _exit(interrupted_code);
+}
+
+extern "C" void leave(int) {
+  // Whether it could be said changes nothing.
+  [[maybe_unused]] const ssize_t said = ::write(STDERR_FILENO, farewell, std::strlen(farewell));
+  leave_tidily();
 }
 
 /// SIGTERM came while no thread takes it.
@@ -42,6 +56,11 @@ bool termination_waits() {
 }  // namespace
 
 void leave_on_interrupt() {
+  if (launcher_rank().value_or(0) == 0) {
+    farewell =
+        "\ncarillon: interrupted\n  hint: run the same command again to go on; what was finished "
+        "and what is in the cache is kept\n";
+  }
   for (const int signal : {SIGINT, SIGTERM}) {
     struct sigaction former {};
     sigaction(signal, nullptr, &former);
@@ -102,7 +121,7 @@ void InterruptGuard::watch() {
   }
   // Whatever runs here holds nothing that a kill would spoil: files appear whole, and the
   // journal's lines are on the disk. MPI_Finalize would wait for ranks that are deep in their work.
-  _exit(interrupted_code);
+  leave_tidily();
 }
 
 InterruptGuard::~InterruptGuard() {

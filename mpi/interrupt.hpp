@@ -14,9 +14,10 @@ namespace carillon::mpi {
 /// Exit code of a program that a signal ended.
 constexpr int interrupted_code = 130;
 
-/// For main(), before anything else: SIGINT and SIGTERM end the program at once with exit code 130
-/// (not where they are ignored, as under nohup), and a file that would exceed the limit of sizes
-/// (SIGXFSZ) is a failed write with a message instead of the program's end.
+/// For main(), before anything else: SIGINT and SIGTERM end the program at once with exit code 130,
+/// a word how to go on and no temporary folders (not where they are ignored, as under nohup), and a
+/// file that would exceed the limit of sizes (SIGXFSZ) is a failed write with a message instead of
+/// the program's end.
 void leave_on_interrupt();
 
 /// While one lives, SIGINT, SIGTERM and SIGUSR1 ask the program to stop instead of ending it: no

@@ -6,6 +6,7 @@
 
 #include "core/error.hpp"
 #include "core/files.hpp"
+#include "core/what_is.hpp"
 #include "report/report.hpp"
 
 namespace carillon::report {
@@ -58,8 +59,12 @@ ReportFolders find_report_folders(const std::vector<std::string>& folders) {
   std::set<fs::path> seen;
   for (const std::string& folder : folders) {
     if (!fs::is_directory(folder)) {
-      throw core::InputError(fmt::format("{}: no such folder", folder),
-                             "name folders that build, accuracy or evaluate made");
+      const core::WhatIs what = core::what_is(folder);
+      throw core::InputError(
+          what.name == "missing"
+              ? fmt::format("{}: no such folder", folder)
+              : fmt::format("{} is {}, and a folder is wanted", folder, what.name),
+          "name folders that build, accuracy or evaluate made");
     }
     try {
       look_in(core::tidy_path(folder), deepest, seen, found);

@@ -9,6 +9,7 @@
 #include "core/error.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
+#include "core/what_is.hpp"
 #include "solvers/elements/anisotropy.hpp"
 #include "solvers/families/families.hpp"
 #include "solvers/mesh/readers/read_mesh.hpp"
@@ -169,7 +170,12 @@ Object parse_family(const std::string& name, const std::string& values) {
                        near.empty() ? fmt::format("it has {}", fmt::join(names, ", "))
                                     : fmt::format("did you mean \"{}\"?", near));
     }
-    const double length = core::parse_quantity(value, Dimension::length);
+    double length = 0;
+    try {
+      length = core::parse_quantity(value, Dimension::length);
+    } catch (const InputError& error) {
+      throw InputError(fmt::format("{}:{}: {}", family.name, key, error.message()), error.hint());
+    }
     object.parameters[key] = {length, length};
   }
   return object;
@@ -229,6 +235,10 @@ Object parse_object(const std::string& shape, const std::string& material,
     object.family = "turned";
     object.profile_file = shape;
     object.profile = profile_from(shape, profile, 0);
+  } else if (std::filesystem::is_directory(shape)) {
+    throw core::InputError(
+        fmt::format("{} is {}, and a mesh is wanted", shape, core::what_is(shape).name),
+        "name an OBJ, OFF, PLY, STL or MSH file");
   } else if (std::filesystem::exists(shape)) {
     object.pattern = shape;
   } else {
@@ -239,7 +249,8 @@ Object parse_object(const std::string& shape, const std::string& material,
     }
     object = parse_family(family, colon == std::string::npos ? "" : shape.substr(colon + 1));
   }
-  if (material.find('=') == std::string::npos || material.find("density") != std::string::npos) {
+  const auto names = [&](const char* field) { return material.find(field) != std::string::npos; };
+  if (!names("=") || names("density") || names("youngs_modulus") || names("poisson_ratio")) {
     if (!material.empty()) object.materials = {material};
   } else {
     for (const auto& [group, name] : core::parse_assignments(material)) {

@@ -8,8 +8,10 @@
 #include "core/error.hpp"
 #include "mpi/comm.hpp"
 #include "scene/pitch.hpp"
+#include "scene/strikes.hpp"
 #include "scene/turned_sets.hpp"
 #include "solvers/eigen/cached_modes.hpp"
+#include "solvers/eigen/extract.hpp"
 #include "solvers/families/families.hpp"
 #include "solvers/mesh/mesh_warnings.hpp"
 
@@ -113,6 +115,13 @@ void solve_about_axis(const ObjectRequest& request, MPI_Comm comm,
   if (request.pitch_cents > 0) object.pitch_target = std::move(result.report);
 }
 
+/// @throws InputError  as nearest_point()
+void check_struck(const std::vector<Vec3>& points, const solvers::modes::ModeSurface& surface) {
+  if (points.empty()) return;
+  const synth::modal::SurfaceSampler sampler(surface);
+  for (const Vec3& point : points) nearest_point(sampler, surface, point);
+}
+
 /// What a person should know before they use an object's modes.
 std::vector<std::string> warnings_of(const ObjectRequest& request, const SolvedObject& object) {
   if (request.mesh.shape.family.empty())
@@ -134,6 +143,7 @@ SolvedObject solve_object(const ObjectRequest& request, MPI_Comm comm,
   });
   if (object.solver.solver == ObjectSolver::axisymmetric) {
     solve_about_axis(request, comm, cache, object);
+    check_struck(request.struck, object.modes.surface);
     object.warnings = warnings_of(request, object);
     return object;
   }
@@ -143,6 +153,10 @@ SolvedObject solve_object(const ObjectRequest& request, MPI_Comm comm,
       check_size(solvers::mesh::bounding_box(mesh.mesh.nodes).longest_side(), request.any_size);
     }
     object.materials = assign_materials(request.materials, mesh.mesh.region_names);
+    if (!request.struck.empty()) {
+      std::vector<std::int32_t> nodes;
+      check_struck(request.struck, solvers::eigen::surface_of(mesh.mesh, nodes));
+    }
     return std::vector{solvers::eigen::cached_modes(mesh.mesh, elastic_of(object.materials), solve,
                                                     comm, cache, object.trace)};
   };

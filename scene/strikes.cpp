@@ -1,8 +1,11 @@
 #include "scene/strikes.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <limits>
 
+#include "core/error.hpp"
 #include "synth/modal/ring_down.hpp"
 
 namespace carillon::scene {
@@ -11,12 +14,36 @@ core::RandomStream strike_places(std::uint64_t seed, std::uint64_t place) {
   return {seed, place, "strike.position"};
 }
 
+synth::modal::SurfacePoint nearest_point(const synth::modal::SurfaceSampler& sampler,
+                                         const solvers::modes::ModeSurface& surface,
+                                         const Vec3& position) {
+  constexpr double allowed = 0.1;  // of the longest side
+  const synth::modal::SurfacePoint point = sampler.nearest(position);
+  const Vec3 nearest = synth::modal::frame_at(surface, point).position;
+  const double distance = (nearest - position).norm();
+  Vec3 low = nearest, high = nearest;
+  for (const Vec3& node : surface.nodes) {
+    low = low.cwiseMin(node);
+    high = high.cwiseMax(node);
+  }
+  if (distance <= allowed * (high - low).maxCoeff()) return point;
+  const auto text = [](const Vec3& at) {
+    return fmt::format("({:.4g}, {:.4g}, {:.4g}) m", at.x(), at.y(), at.z());
+  };
+  throw core::InputError(
+      fmt::format("the point struck, {}, is {:.4g} m off the object; the nearest on it is {}",
+                  text(position), distance, text(nearest)),
+      fmt::format("points are in metres in the object's own coordinates, which go from {} to {}",
+                  text(low), text(high)));
+}
+
 void draw_strike(const StrikeConfig& strikes, const solvers::modes::ModeSurface& surface,
                  const synth::modal::SurfaceSampler& sampler, const StrikeDraw& draw,
                  const KnownStrike& known, Sound& sound) {
   synth::modal::Strike& strike = sound.strike;
   core::RandomStream place = strike_places(draw.seed, draw.place);
-  strike.point = known.position ? sampler.nearest(*known.position) : sampler.sample(place);
+  strike.point =
+      known.position ? nearest_point(sampler, surface, *known.position) : sampler.sample(place);
   const Vec3 inward = -synth::modal::frame_at(surface, strike.point).normal;
   strike.direction = known.direction
                          ? *known.direction

@@ -16,7 +16,7 @@ inline constexpr const char* default_contact_time = "0.2 ms";
 
 /// What of a strike is given rather than drawn, in the object's coordinates.
 struct KnownStrike {
-  std::optional<Vec3> position;        ///< [m]; the surface's nearest point is struck
+  std::optional<Vec3> position;        ///< [m]; nearest_point() is struck
   std::optional<Vec3> direction;       ///< of the force, of length 1
   std::optional<double> impulse;       ///< [N s]
   std::optional<double> contact_time;  ///< [s]
@@ -32,9 +32,17 @@ struct StrikeDraw {
 /// The stream that the point and the direction of a strike are drawn from.
 core::RandomStream strike_places(std::uint64_t seed, std::uint64_t place = 0);
 
+/// The point of an object that is struck where a place is named: the surface's nearest.
+/// @param position  [m], at most a tenth of the object's longest side off the surface
+/// @throws InputError  farther off; names the nearest point and the distance
+synth::modal::SurfacePoint nearest_point(const synth::modal::SurfaceSampler& sampler,
+                                         const solvers::modes::ModeSurface& surface,
+                                         const Vec3& position);
+
 /// Draws a strike on a sound's object as a scene says: point by area, direction, impulse and
 /// contact time.
 /// @param surface  of the object, at any size; `sampler` is one of it
+/// @throws InputError  a given point is off the object
 void draw_strike(const StrikeConfig& strikes, const solvers::modes::ModeSurface& surface,
                  const synth::modal::SurfaceSampler& sampler, const StrikeDraw& draw,
                  const KnownStrike& known, Sound& sound);

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "cli/learning_commands.hpp"
-#include "cli/object_options.hpp"
+#include "cli/option_values.hpp"
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "core/json.hpp"
@@ -192,7 +192,8 @@ void run_identify(const IdentifyOptions& options, const Context& context) {
   }
   if (!context.speaks()) return;
   const double start = core::monotonic_seconds();
-  const Vec3 place = options.scene.empty() ? Vec3::Zero().eval() : parse_position(options.at);
+  const Vec3 place =
+      options.scene.empty() ? Vec3::Zero().eval() : parse_position(options.at, "--at");
   const std::vector<eval::studies::Recogniser> recognisers =
       eval::studies::find_recognisers(options.models, options.method, options.tasks);
   const std::size_t width = task_width(recognisers);

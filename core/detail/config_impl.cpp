@@ -8,6 +8,7 @@
 
 #include "core/detail/renamed_keys.hpp"
 #include "core/error.hpp"
+#include "core/quantity_list.hpp"
 
 namespace carillon::core {
 
@@ -145,11 +146,39 @@ double ConfigNode::Impl::number(const ConfigTree& value, const std::string& key,
   }
 }
 
+std::vector<ConfigTree> ConfigNode::Impl::with_own_units(const ConfigTree& list,
+                                                         const std::string& key) const {
+  std::vector<ConfigTree> items = list.items;
+  // A list in the list, the range of one element, ends with a unit of its own or with none.
+  std::vector<ConfigTree*> scalars;
+  for (ConfigTree& item : items) {
+    if (item.kind == Kind::list) item.items = with_own_units(item, key);
+    if (item.kind == Kind::list) {
+      for (ConfigTree& end : item.items) scalars.push_back(&end);
+    } else {
+      scalars.push_back(&item);
+    }
+  }
+  std::vector<std::string> texts;
+  for (const ConfigTree* one : scalars) {
+    if (one->kind != Kind::scalar) return items;  // which is told where it is read
+    texts.push_back(one->scalar);
+  }
+  try {
+    texts = core::with_own_units(std::move(texts));
+  } catch (const InputError& error) {
+    refuse_value(list, key, error.message(), error.hint());
+  }
+  for (std::size_t i = 0; i < scalars.size(); ++i) scalars[i]->scalar = texts[i];
+  return items;
+}
+
 std::vector<double> ConfigNode::Impl::numbers(const ConfigTree& list, const std::string& key,
                                               Dimension dimension) const {
+  const std::vector<ConfigTree> items = with_own_units(list, key);
   std::vector<double> values;
-  for (std::size_t i = 0; i < list.items.size(); ++i) {
-    values.push_back(number(list.items[i], fmt::format("{}[{}]", key, i), dimension));
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    values.push_back(number(items[i], fmt::format("{}[{}]", key, i), dimension));
   }
   return values;
 }

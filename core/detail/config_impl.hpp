@@ -56,6 +56,9 @@ struct ConfigNode::Impl {
   const std::string& scalar(const ConfigTree& value, const std::string& key,
                             const std::string& wanted) const;
   double number(const ConfigTree& value, const std::string& key, Dimension dimension) const;
+  /// The elements of a list, with the unit behind its last one on all of them; those that are lists
+  /// themselves have their own.
+  std::vector<ConfigTree> with_own_units(const ConfigTree& list, const std::string& key) const;
   std::vector<double> numbers(const ConfigTree& list, const std::string& key,
                               Dimension dimension) const;
 

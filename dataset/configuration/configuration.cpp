@@ -9,6 +9,7 @@
 #include <set>
 
 #include "core/error.hpp"
+#include "core/folder_name.hpp"
 #include "core/text.hpp"
 #include "dataset/configuration/detail/negative_damping.hpp"
 #include "dataset/configuration/detail/view_costs.hpp"
@@ -203,7 +204,7 @@ BuildConfig read_build_config(const std::string& text, const std::string& file_n
   // They say which builds there are and what is made of them, not what one of them is.
   root.leave_alone({"sweep", "train", "search", "evaluate"});
   BuildConfig config;
-  config.name = root.text("name", std::filesystem::path(file_name).stem().string());
+  config.name = core::folder_name(root, file_name);
   if (root.has("dataset")) config.about = read_about(root.child("dataset"));
   config.seed = static_cast<std::uint64_t>(
       root.integer("seed", 0, std::numeric_limits<std::int64_t>::max(), 0));
@@ -221,7 +222,10 @@ BuildConfig read_build_config(const std::string& text, const std::string& file_n
     }
     ++entry;
   }
-  if (config.objects.empty()) root.fail("objects", "the configuration has no objects");
+  if (config.objects.empty()) {
+    root.fail("objects", "the configuration has no objects",
+              "name some, as in objects: [{shape: bar, materials: [steel]}]");
+  }
 
   if (!root.has("motion")) config.sounding = read_variant_choice(root.child("variants"));
   config.split = read_split(root.child("split"));

@@ -9,6 +9,7 @@
 #include "core/files.hpp"
 #include "core/hash.hpp"
 #include "core/json.hpp"
+#include "core/what_is.hpp"
 #include "dataset/configuration/inputs.hpp"
 #include "dataset/run/dataset.hpp"
 
@@ -180,6 +181,18 @@ void verify_inputs(StoredDataset& dataset) {
 
 }  // namespace
 
+InputError not_a_dataset(const fs::path& folder) {
+  const core::WhatIs what = core::what_is(folder);
+  // A folder of which nothing is known, or a dataset that lacks something.
+  const bool unknown = what.name == "a folder" || what.name == "a dataset";
+  return InputError(
+      fmt::format("{} is no dataset: {}", folder.string(),
+                  what.name == "missing" ? "there is no such folder"
+                  : unknown              ? "it has no configuration.yaml or no index.h5"
+                                         : "it is " + what.name),
+      what.takes.empty() || unknown ? "name the folder that `carillon build` made" : what.takes);
+}
+
 StoredDataset open_dataset(const fs::path& folder, const std::string& inputs,
                            const std::optional<std::string>& configuration) {
   StoredDataset dataset;
@@ -188,10 +201,7 @@ StoredDataset open_dataset(const fs::path& folder, const std::string& inputs,
     dataset.configuration = *configuration;
   } else {
     if (!fs::is_regular_file(folder / "configuration.yaml")) {
-      throw InputError(
-          fmt::format("{} is no dataset: it has no configuration.yaml", folder.string()),
-          fs::exists(folder / "sweep.json") ? "it holds a sweep: name the folder of a variant in it"
-                                            : "name the folder that `carillon build` made");
+      throw not_a_dataset(folder);
     }
     dataset.configuration = core::read_file(folder / "configuration.yaml");
   }

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/error.hpp"
 #include "dataset/run/build.hpp"
 
 namespace carillon::dataset::stored {
@@ -22,6 +23,10 @@ struct StoredDataset {
   std::vector<std::string>
       doubts;  ///< files that differ from what was built from, or are not there
 };
+
+/// What is wrong with a folder in which a dataset was looked for: what it is, and which commands
+/// take it.
+core::InputError not_a_dataset(const std::filesystem::path& folder);
 
 /// Opens a dataset from its folder alone. Small inputs are read from its `inputs/`, mesh files are
 /// known from dataset.json; only recordings of noise (and, without dataset.json, meshes) are looked

@@ -8,6 +8,7 @@
 
 #include "core/config.hpp"
 #include "core/error.hpp"
+#include "core/folder_name.hpp"
 #include "eval/accuracy/detail/study_object.hpp"
 #include "scene/pitch.hpp"
 #include "solvers/families/families.hpp"
@@ -120,7 +121,7 @@ AccuracyConfig read_accuracy_config(const std::string& text, const std::string& 
                                     const std::vector<std::string>& overrides) {
   ConfigNode root = ConfigNode::parse(text, file_name, overrides);
   AccuracyConfig config;
-  config.name = root.text("name", std::filesystem::path(file_name).stem().string());
+  config.name = core::folder_name(root, file_name);
   const auto materials = root.texts("materials", std::vector<std::string>{"steel"});
   ConfigNode modes = root.child("modes");
   config.band =

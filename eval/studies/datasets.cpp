@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "core/config.hpp"
+#include "core/folder_name.hpp"
 #include "dataset/run/run_builds.hpp"
 #include "dataset/sweep/run_sweep.hpp"
 #include "mpi/comm.hpp"
@@ -55,8 +56,7 @@ std::optional<Condition> given_condition(const dataset::run::BuildOptions& optio
   mpi::agreed(world, [&] {
     core::ConfigNode root = core::ConfigNode::parse(text, options.config, options.overrides);
     if (!root.has("data") && !root.has("recordings")) return;
-    const std::string name =
-        root.text("name", std::filesystem::path(options.config).stem().string());
+    const std::string name = core::folder_name(root, options.config);
     given = read_given(root, name, options.config);
     root.leave_alone({"train", "search", "evaluate"});
     root.finish();

@@ -22,6 +22,7 @@ class CommandLine : public Test {
     Option sizes = mix.option("-s,--sizes", ranks, "1,2,4");
     sizes.delimiter(',').range(1, 100).one_value_each();
     mix.option("--per-node", per_node, "ranks").needs(sizes);
+    mix.option("--bytes", bytes, "of it");
     mix.option("--word", word, "not xyzzy").check([](const std::string& text) {
       return std::string(text == "xyzzy" ? "nothing happens" : "");
     });
@@ -43,6 +44,7 @@ class CommandLine : public Test {
   bool quiet = false;
   std::vector<std::string> inputs, overrides;
   int count = 3, per_node = 0;
+  std::size_t bytes = 0;
   double level = 0;
   std::string way = "left", word;
   std::optional<std::string> name;
@@ -98,7 +100,8 @@ TEST_F(CommandLine, ValuesOutsideARangeAreRefused) {
 }
 
 TEST_F(CommandLine, WordsOfNoSetAreRefused) {
-  EXPECT_NE(refusal({"mix", "a", "--way", "up"}).find("{left,right}"), std::string::npos);
+  EXPECT_NE(refusal({"mix", "a", "--way", "up"}).find("\"up\" is none of left, right"),
+            std::string::npos);
 }
 
 TEST_F(CommandLine, ChecksSayWhatIsWrong) {
@@ -111,7 +114,32 @@ TEST_F(CommandLine, AnOptionNeedsTheOther) {
 
 TEST_F(CommandLine, WhatIsRequiredMustBeThere) {
   EXPECT_NE(refusal({"mix"}).find("inputs is required"), std::string::npos);
-  EXPECT_NE(refusal({}).find("A subcommand is required"), std::string::npos);
+  EXPECT_NE(refusal({}).find("a command is missing"), std::string::npos);
+}
+
+TEST_F(CommandLine, SlipsAreAnsweredWithWhatIsNearest) {
+  EXPECT_EQ(refusal({"mxi", "a"}), "\"mxi\" is no command; did you mean mix?");
+  EXPECT_EQ(refusal({"mix", "a", "--cuont=3"}),
+            "--cuont: program mix has no such option; did you mean --count?");
+  EXPECT_EQ(refusal({"mix", "a", "--quite"}),
+            "--quite: program mix has no such option; did you mean --quiet?");
+  EXPECT_EQ(refusal({"rest", "b"}), "\"b\": one word more than program rest takes");
+  EXPECT_EQ(parse({"mix", "--cuont", "3"})->hint, "program mix --help says what it takes");
+}
+
+TEST_F(CommandLine, HelpOfACommandThatThereIsNotIsRefused) {
+  EXPECT_EQ(refusal({"mxi", "--help"}), "\"mxi\" is no command; did you mean mix?");
+  EXPECT_EQ(refusal({"--help"}), "");
+}
+
+TEST_F(CommandLine, ValuesThatAreMissingTwiceOrNoNumbersAreSaid) {
+  EXPECT_EQ(refusal({"mix", "a", "--name"}), "--name: its value is missing");
+  EXPECT_EQ(refusal({"mix", "a", "--name", "b", "--name", "c"}),
+            "--name is given 2 times; once is enough");
+  EXPECT_EQ(refusal({"mix", "a", "--bytes", "many"}),
+            "--bytes: a whole number from 0 on is wanted, not \"many\"");
+  EXPECT_NE(refusal({"mix", "a", "--bytes", "-1"}).find("a whole number from 0 on"),
+            std::string::npos);
 }
 
 TEST_F(CommandLine, AnOptionThatIsThereCanBeChangedAndRemoved) {

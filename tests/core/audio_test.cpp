@@ -150,13 +150,15 @@ TEST(WriteWav, RefusesWhatIsNoSound) {
 TEST(ReadAudio, NamesTheFileAndTheReason) {
   const TemporaryFolder folder;
   write_text_durably(folder / "text.wav", "not a sound at all");
-  for (const char* name : {"absent.wav", "text.wav"}) {
+  write_text_durably(folder / "picture.wav", "\x89PNG\r\n\x1a\n");
+  for (const char* reason : {"absent.wav: no such file", "text.wav: cannot be read: ",
+                             "picture.wav is a PNG picture; a recording is wanted"}) {
+    const std::string text = reason;
     try {
-      read_audio(folder / name);
-      FAIL() << name;
+      read_audio(folder / text.substr(0, text.find_first_of(": ")));
+      FAIL() << reason;
     } catch (const FileError& error) {
-      EXPECT_NE(error.message().find(std::string(name) + ": cannot be read: "), std::string::npos)
-          << error.message();
+      EXPECT_NE(error.message().find(reason), std::string::npos) << error.message();
     }
   }
 }

@@ -28,7 +28,7 @@ TEST(Config, ReadsQuantitiesInSi) {
 
 TEST(Config, ReadsRangesAndLists) {
   ConfigNode root = ConfigNode::parse(
-      "one: 3 mm\ntwo: [3 mm, 1 cm]\npoint: [1, 2 cm, 3 mm]\nempty: []\n", "c.yaml");
+      "one: 3 mm\ntwo: [3 mm, 1 cm]\npoint: [1 m, 2 cm, 3 mm]\nempty: []\n", "c.yaml");
   EXPECT_EQ(root.range("one", Dimension::length), (Range{0.003, 0.003}));
   EXPECT_EQ(root.range("two", Dimension::length), (Range{0.003, 0.01}));
   EXPECT_EQ(root.range("absent", Dimension::length, Range{1, 2}), (Range{1, 2}));

@@ -151,7 +151,7 @@ class Identify(FolderTest):
                 ((self.folder / "none.wav", "-m", self.models), "none.wav"),
                 ((self.noise, "-m", self.models, "--at", "0,0,1"), "--scene"),
                 ((self.noise, "-m", self.models, "--scene", CONFIGS / "dominoes.yaml", "--at",
-                  "1,2"), "not a position")):
+                  "1,2"), "2 values instead of three")):
             result = run("identify", *arguments)
             self.assertEqual(result.returncode, 2, result.stderr)
             self.assertIn(said, result.stderr)

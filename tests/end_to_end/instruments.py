@@ -190,7 +190,7 @@ class Instruments(FolderTest):
                                 (("--contact-time", "0.1 us"), "last 1 us to 1 s"),
                                 (("--contact-time", "2 s"), "last 1 us to 1 s"),
                                 (("--impulse", "0"), "--impulse"), (("--gain", "0"), "--gain"),
-                                (("--at", "0,0"), "not a position"),
+                                (("--at", "0,0"), "2 values instead of three"),
                                 (("--max-frequency", "100 Hz"), "no mode")):
             result = run("export-faust", *BLOCK, "-m", "steel", *arguments, "-o",
                          self.folder / "wrong.dsp")

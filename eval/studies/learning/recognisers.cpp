@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "core/error.hpp"
+#include "core/what_is.hpp"
 
 namespace carillon::eval::studies {
 
@@ -106,8 +107,11 @@ std::vector<Recogniser> find_recognisers(const fs::path& folder, const std::stri
     recognisers.emplace_back(best_of(candidates).folder);
   }
   if (recognisers.empty()) {
+    const core::WhatIs what = core::what_is(folder);
+    const bool trained = what.name == "a folder of trained classifiers" || what.name == "a folder";
     throw core::InputError(
-        fmt::format("{}: no trained network{} that only hears{}", folder.string(),
+        fmt::format("{}{}: no trained network{} that only hears{}", folder.string(),
+                    trained ? "" : " is " + what.name,
                     method.empty() ? "" : fmt::format(" {}", method),
                     tasks.empty() ? "" : fmt::format(" of the task {}", fmt::join(tasks, " or "))),
         "give the output of carillon train with isnn-a, soundnet5 or soundnet8 among its methods");
