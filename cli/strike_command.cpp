@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
 
 #include "cli/command_line.hpp"
 #include "cli/object_options.hpp"
@@ -13,6 +15,7 @@
 #include "core/units.hpp"
 #include "scene/chain.hpp"
 #include "scene/single_strike.hpp"
+#include "synth/contact/recorded_force.hpp"
 
 namespace carillon::cli {
 
@@ -25,6 +28,7 @@ struct StrikeOptions {
   std::string at, direction;
   // Shorter to write than --set; "" leaves the scene's value.
   std::string listener, impulse, contact_time, seconds, sample_rate, gain;
+  std::string force, force_peak;  ///< a file, and what its largest magnitude is scaled to; "": none
   std::uint64_t seed = 1;
   std::size_t repeat = 1;
   std::string interval = "0.2 s";
@@ -92,17 +96,39 @@ void check_options(const StrikeOptions& options) {
   }
 }
 
+/// The force of a file, in place of a hammer.
+std::optional<synth::modal::ContactForce> known_force(const StrikeOptions& options) {
+  if (options.force.empty()) {
+    if (options.force_peak.empty()) return std::nullopt;
+    throw core::InputError("--force-peak scales the file of --force, and there is none",
+                           "--impulse is the strength of the usual pulse");
+  }
+  for (const auto& [name, value] : {std::pair{"--impulse", &options.impulse},
+                                    std::pair{"--contact-time", &options.contact_time}}) {
+    if (value->empty()) continue;
+    throw core::InputError(fmt::format("--force and {} both say how hard is struck", name),
+                           "keep one of them; --force-peak scales the file");
+  }
+  std::optional<double> peak;
+  if (!options.force_peak.empty()) {
+    peak = core::parse_quantity(options.force_peak, core::Dimension::force);
+  }
+  return synth::contact::read_force(options.force, peak);
+}
+
 scene::KnownStrike known_strike(const StrikeOptions& options) {
   scene::KnownStrike known;
   if (!options.at.empty()) known.position = parse_position(options.at);
   if (!options.direction.empty()) {
     known.direction = parse_position(options.direction).normalized();
   }
+  known.force = known_force(options);
   return known;
 }
 
 void run_strike(const StrikeOptions& options, Context& context) {
   check_options(options);
+  const scene::KnownStrike known = known_strike(options);
   const scene::Scene scene = scene_of(options, scene::listed(region_materials(options.object)));
   const scene::SolvedObject object = solve_object(sounding_band(options.object, scene), context);
   settle(options.object, object.pitch_target, context);
@@ -110,7 +136,7 @@ void run_strike(const StrikeOptions& options, Context& context) {
 
   const scene::StruckSound struck = scene::strike_once(
       scene, options.object.mesh, object,
-      {.known = known_strike(options),
+      {.known = known,
        .seed = options.seed,
        .repeat = options.repeat,
        .interval = core::parse_quantity(options.interval, core::Dimension::time)},
@@ -134,7 +160,7 @@ void run_strike(const StrikeOptions& options, Context& context) {
   }
   std::vector<std::string> effects;
   for (const auto& [name, entry] : struck.trace.effects) effects.push_back(name);
-  fmt::print("{:.4g} N s over {:.4g} ms; effects: {}\n", sound.strike.impulse,
+  fmt::print("{:.4g} N s over {:.4g} ms; effects: {}\n", struck.impulse,
              1000 * sound.strike.force.duration, fmt::join(effects, ", "));
   // What was asked for and cannot be: a room without a listener.
   for (const scene::EffectDecision& effect : scene.effects) {
@@ -169,6 +195,11 @@ void add_strike(Program& program, Context& context) {
       .option("--contact-time", options->contact_time,
               "duration of the contact; 0: an ideal impulse")
       .show_default(scene::default_contact_time);
+  command.option("--force", options->force,
+                 "sound file of one channel: the force over time, 1 N at full scale, in place of "
+                 "impulse and contact time");
+  command.option("--force-peak", options->force_peak,
+                 "largest magnitude that the file is scaled to, e.g. 20 N");
   command.option("--listener", options->listener,
                  "x,y,z [m] from the centre of the object's box: pressure there instead of the "
                  "velocity at the point");
@@ -183,7 +214,8 @@ void add_strike(Program& program, Context& context) {
   command.footer(
       "Examples:\n  carillon strike bell --material iron -o bell.wav\n"
       "  carillon strike bowl -m ceramic --listener 0,0,1 --set 'room.dimensions=[5, 4, 3]' "
-      "--set room.rt60=0.6 -o room.wav");
+      "--set room.rt60=0.6 -o room.wav\n"
+      "  carillon strike bell -m iron --force hammer.wav --force-peak '80 N' -o bell.wav");
   command.does([&context, options] { run_strike(*options, context); });
 }
 
