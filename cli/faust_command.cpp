@@ -246,6 +246,7 @@ void add_export_faust(Program& program, Context& context) {
                   Needs::solver);
   auto options = std::make_shared<FaustOptions>();
   add_object_options(command, options->object);
+  add_tuning_options(command, options->object);
   command.option("-o,--output", options->output, "Faust program, .dsp").required();
   command
       .option("--at", options->at,

@@ -146,6 +146,7 @@ void run_strike(const StrikeOptions& options, Context& context) {
   if (context.json) {
     nlohmann::json json = to_json(struck, scene);
     json["file"] = options.output;
+    if (object.size != 1) json["size"] = object.size;
     if (object.pitch_target)
       json["pitch_target"] = solvers::pitch::to_json(*object.pitch_target, true);
     fmt::print("{}\n", json.dump(2));
@@ -180,6 +181,7 @@ void add_strike(Program& program, Context& context) {
   Command& command = program.add("strike", "one sound of one shape", Needs::solver);
   auto options = std::make_shared<StrikeOptions>();
   add_object_options(command, options->object);
+  add_tuning_options(command, options->object);
   command.option_named("--max-frequency").show_default("20 kHz or half the sample rate");
   command.option("-o,--output", options->output, "WAV file, one channel per listener").required();
   command.option("--at", options->at, "point struck, x,y,z [m] (default: drawn by --seed)");

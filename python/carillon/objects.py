@@ -301,11 +301,14 @@ class Object:
               max_modes: int | None = None, order: int | None = None, element_size: Quantity | None = None,
               max_elements: int | None = None, edge_layers: int | None = None, solver: str | None = None,
               eigen_solver: str | None = None, linear_solver: str | None = None, mirror_planes: str | None = None,
-              max_unknowns: int | None = None, memory_limit: Quantity | None = None) -> Modes:
+              max_unknowns: int | None = None, memory_limit: Quantity | None = None,
+              tune: Quantity | None = None, tune_mode: int = 1) -> Modes:
         """Finds the modes; what is left out is chosen as `carillon modes` does.
 
         material: a preset's name, constants, or a Material; of an MSH file's physical groups a mapping.
         pitch_cents: refine until the worst mode's estimated error is below it (5 by default, "off").
+        tune: scale the object so that its mode `tune_mode`, counted from the lowest as 1, is at this pitch [Hz];
+        `modes.document["size"]` is the factor of every length. Not with a length.
         The others are the keys of `modes` and `solver` in docs/configuration.md; `solver` is its `kind`.
         Works without `mpirun`; under it, each process solves its own. After Ctrl-C the call ends at once and the solve
         at its next step.
@@ -323,7 +326,11 @@ class Object:
         else:
             materials = material_text(material)
         with arguments.arguments_of("modes()", {"kind": "solver"}):
+            pitch = 0.0 if tune is None else arguments.quantity(tune, "frequency", "tune")
+            if tune is not None and not pitch > 0:
+                raise InputError(f"tune: {tune} is no pitch", "write it as \"440 Hz\"")
             solved = self._shape.solve(json.dumps(materials), json.dumps(settings, default=arguments.plain),
+                                       pitch, arguments.whole(tune_mode, "tune_mode", 1, 100000),
                                        os.fspath(cache))
         made = Modes(solved)
         warnings = list(solved.warnings())

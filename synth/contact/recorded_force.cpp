@@ -18,9 +18,9 @@ constexpr double longest_recording = 60;  // [s]
 
 void check_length(double seconds) {
   if (seconds <= longest_recording) return;
-  throw core::InputError(fmt::format("a force of {:.4g} s: at most {:.4g} s can strike", seconds,
-                                     longest_recording),
-                         "cut it to its contacts");
+  throw core::InputError(
+      fmt::format("a force of {:.4g} s: at most {:.4g} s can strike", seconds, longest_recording),
+      "cut it to its contacts");
 }
 
 }  // namespace

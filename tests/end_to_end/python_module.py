@@ -24,6 +24,22 @@ class Modes(ModuleTest):
             self.assertEqual(modes.mass, known["mass_kg"])
             self.assertEqual(vars(modes.certificate), known["certificate"])
 
+    def test_tuned_to_a_pitch(self):
+        bell = ca.shape("bell")
+        for tuned, mode in ((bell.modes("iron", tune="440 Hz", max_frequency="6 kHz"), 0),
+                            (bell.modes("iron", tune=880, tune_mode=3, max_frequency="6 kHz"), 2)):
+            pitch = 440 if mode == 0 else 880
+            self.assertLess(abs(1200 * numpy.log2(tuned.frequencies[mode] / pitch)), 1e-6)
+            known = bell.modes("iron", max_frequency=1.1 * 6e3 * tuned.document["size"])
+            ratio = known.frequencies[:len(tuned)] / tuned.frequencies
+            self.assertLess(numpy.abs(ratio / tuned.document["size"] - 1).max(), 1e-4)
+        for wrong, words in (({"tune": 0}, "no pitch"), ({"tune": "3 m"}, "tune: "),
+                             ({"tune": 440, "tune_mode": 0}, "tune_mode"), ({"tune": 50e3}, "outside the band")):
+            with self.assertRaisesRegex(ca.InputError, words):
+                bell.modes("iron", **wrong)
+        with self.assertRaisesRegex(ca.InputError, "length and tune"):
+            ca.shape("bell", longest_side=0.1).modes("iron", tune=440)
+
     def test_shapes_are_mass_normalised_at_the_nodes_of_the_surface(self):
         modes = ca.shape("block", longest_side=0.05).modes("steel", max_frequency="60 kHz", pitch_cents="off")
         self.assertEqual(modes.shapes.shape, (len(modes), len(modes.nodes), 3))
