@@ -5,6 +5,7 @@
 #include <complex>
 #include <nlohmann/json.hpp>
 #include <numeric>
+#include <optional>
 
 #include "cli/command_line.hpp"
 #include "cli/object_options.hpp"
@@ -31,7 +32,8 @@ struct FaustOptions {
   std::string impulse = scene::default_impulse;
   std::string contact_time = scene::default_contact_time;
   double gain = 1;
-  std::size_t loudest = 0;  ///< modes that are kept; 0: all
+  std::size_t loudest = 0;        ///< modes that are kept; 0: all
+  std::optional<int> pitch_mode;  ///< that sounds at `freq`, from 1 on
   std::string output;
 };
 
@@ -111,6 +113,24 @@ std::vector<std::size_t> loudest(std::span<const double> loudness, std::size_t m
   return order;
 }
 
+/// The mode that a note's `freq` is the pitch of: the one that is named, else the lowest that is
+/// audible, within 40 dB of the loudest.
+std::size_t pitch_mode(const FaustOptions& options, std::span<const double> loudness) {
+  if (options.pitch_mode) {
+    const auto mode = static_cast<std::size_t>(*options.pitch_mode);
+    if (mode <= loudness.size()) return mode - 1;
+    throw core::InputError(fmt::format("--pitch-mode {}: {} has {} modes in the band", mode,
+                                       options.object.mesh, loudness.size()),
+                           "carillon modes lists them by their numbers");
+  }
+  constexpr double audible = 1e-4;
+  const double loudest = *std::max_element(loudness.begin(), loudness.end());
+  return static_cast<std::size_t>(
+      std::find_if(loudness.begin(), loudness.end(),
+                   [&](double one) { return one >= audible * loudest; }) -
+      loudness.begin());
+}
+
 /// What the header says of where the program comes from.
 std::vector<std::string> remarks(const scene::SolvedObject& object, const FaustOptions& options,
                                  const dataset::exporters::FaustProgram& program,
@@ -132,10 +152,10 @@ std::vector<std::string> remarks(const scene::SolvedObject& object, const FaustO
                               certificate.count_verified ? ", counted by inertia" : ""));
   lines.push_back(fmt::format("Complete to {:.6g} Hz; worst residual {:.1e}.",
                               certificate.complete_to_hz, certificate.max_residual));
+  lines.push_back(fmt::format("Own pitch {:.6g} Hz.", program.own_pitch));
   for (std::size_t p = 0; p < program.points.size(); ++p) {
     const Vec3& at = program.points[p];
-    lines.push_back(
-        fmt::format("Position {}: {:.6g}, {:.6g}, {:.6g} m.", p, at.x(), at.y(), at.z()));
+    lines.push_back(fmt::format("Vertex {}: {:.6g}, {:.6g}, {:.6g} m.", p, at.x(), at.y(), at.z()));
   }
   return lines;
 }
@@ -163,11 +183,15 @@ dataset::exporters::FaustProgram program_of(const scene::SolvedObject& object,
   const dataset::exporters::FaustDamping damping =
       dataset::exporters::faust_damping(object.modes, object.materials, rates);
   program.damping = damping.definitions;
+  for (const auto& column : damping.columns) program.damping_columns.push_back(column.name);
+  program.own_pitch = object.modes.frequency(pitch_mode(options, at.loudness));
   for (const std::size_t i : loudest(at.loudness, options.loudest)) {
     const Eigen::VectorXd gains = at.gains.row(static_cast<Eigen::Index>(i));
+    std::vector<double> of_damping;
+    for (const auto& column : damping.columns) of_damping.push_back(column.values[i]);
     program.modes.push_back(
         {object.modes.eigenvalues[i],
-         damping.rates[i],
+         of_damping,
          {gains.begin(), gains.end()},
          fmt::format("{:.2f} Hz, {:.4g} 1/s", object.modes.frequency(i), rates[i])});
   }
@@ -208,12 +232,14 @@ void run_export_faust(FaustOptions options, Context& context) {
     fmt::print("{}\n", nlohmann::json{{"file", options.output},
                                       {"modes", program.modes.size()},
                                       {"modes_left_out", left_out},
+                                      {"pitch_hz", program.own_pitch},
+                                      {"latency_samples", program.modes.size()},
                                       {"positions_m", points}}
                            .dump(2));
     return;
   }
-  fmt::print("{}: {} modes at {} point{}\n", options.output, program.modes.size(),
-             program.points.size(), program.points.size() == 1 ? "" : "s");
+  fmt::print("{}: {} modes at {} point{}, {:.6g} Hz\n", options.output, program.modes.size(),
+             program.points.size(), program.points.size() == 1 ? "" : "s", program.own_pitch);
   if (left_out > 0) fmt::print("{} softer modes left out\n", left_out);
 }
 
@@ -221,13 +247,15 @@ void run_export_faust(FaustOptions options, Context& context) {
 
 void add_export_faust(Program& program, Context& context) {
   Command& command =
-      program.add("export-faust", "an object as an instrument: a program in Faust", Needs::solver);
+      program.add("export-faust", "an object as an instrument with MIDI notes: a program in Faust",
+                  Needs::solver);
   auto options = std::make_shared<FaustOptions>();
   add_object_options(command, options->object);
+  add_tuning_options(command, options->object);
   command.option("-o,--output", options->output, "Faust program, .dsp").required();
   command
       .option("--at", options->at,
-              "point that can be struck, x,y,z [m]; more than one: a position each "
+              "point that can be struck, x,y,z [m]; more than one: a vertex each "
               "(default: drawn by --seed)")
       .one_value_each();
   command.option("--points", options->points, "so many points, far from each other").range(1, 1000);
@@ -237,12 +265,20 @@ void add_export_faust(Program& program, Context& context) {
               "at most so many modes: those with the most energy in the 200 ms after a strike, "
               "at the point where each is loudest (default: all)")
       .range(1, 100000);
+  command
+      .option("--pitch-mode", options->pitch_mode,
+              "mode that sounds at freq, by its number in carillon modes")
+      .range(1, 100000)
+      .show_default("the lowest within 40 dB of the loudest");
   command.option("--impulse", options->impulse, "of a strike, at first").show_default();
   command.option("--contact-time", options->contact_time, "of a strike, at first").show_default();
-  command.option("--gain", options->gain, "full scale per m/s, at first").show_default();
+  command.option("--gain", options->gain, "full scale per m/s, at first: the slider level")
+      .show_default();
   command.footer(
       "Examples:\n"
-      "  carillon export-faust bowl -m ceramic --points 8 -o bowl.dsp && faust2jaqt bowl.dsp\n"
+      "  carillon export-faust bowl -m ceramic --points 8 -o bowl.dsp && faust2jaqt -midi -nvoices "
+      "8 "
+      "bowl.dsp\n"
       "  carillon export-faust bell --at 0.05,0,0.02 --at 0,0,0.09 --loudest 40 -o "
       "bell.dsp\n"
       "docs/exports.md");

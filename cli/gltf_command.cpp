@@ -196,6 +196,7 @@ void add_export_gltf(Program& program, Context& context) {
       Needs::solver);
   auto options = std::make_shared<GltfOptions>();
   add_object_options(command, options->object);
+  add_tuning_options(command, options->object);
   command.option_named("--material").show_default("none: a grey surface without modes");
   command.remove("--max-modes");
   command.option("-o,--output", options->output, "file, .glb").required();

@@ -88,6 +88,7 @@ void add_modes(Program& program, Context& context) {
   auto options = std::make_shared<ObjectOptions>();
   auto output = std::make_shared<std::string>();
   add_object_options(command, *options);
+  add_tuning_options(command, *options);
   command.option("-o,--output", *output, "HDF5 file for frequencies, shapes and certificate");
   command.footer(
       "Examples:\n"

@@ -12,6 +12,7 @@
 #include "core/units.hpp"
 #include "mpi/comm.hpp"
 #include "scene/sounding_gltf.hpp"
+#include "scene/tuned_object.hpp"
 #include "solvers/mesh/readers/read_mesh.hpp"
 
 namespace carillon::cli {
@@ -239,6 +240,17 @@ void name_material(ObjectOptions& options, const Context& context) {
   }
 }
 
+void add_tuning_options(Command& command, ObjectOptions& options) {
+  command.option("--tune", options.tune,
+                 "scale the object so that its lowest mode is at a pitch, e.g. 440 Hz; lengths of "
+                 "the shape's options are those before, positions on it those after");
+  command
+      .option("--tune-mode", options.tune_mode,
+              "mode that is at the pitch, counted from the lowest")
+      .range(1, 100000)
+      .show_default("1");
+}
+
 /// Options of drawings.
 void refuse_idle_profile(const ObjectOptions& options) {
   if (solvers::mesh::readers::mesh_extension(options.mesh) == ".svg") return;
@@ -311,11 +323,37 @@ scene::ObjectRequest object_request(const ObjectOptions& options) {
   return request;
 }
 
+namespace {
+
+/// The pitch to tune to, if there is one.
+std::optional<scene::Tuning> tuning_of(const ObjectOptions& options) {
+  if (options.tune.empty()) {
+    refuse(options.tune_mode.has_value(), "--tune-mode", "there is no --tune",
+           "give the pitch too, as in --tune 440Hz");
+    return std::nullopt;
+  }
+  if (!options.length.empty()) {
+    throw InputError("--length and --tune both say how large the object is", "keep one of them");
+  }
+  scene::Tuning tuning;
+  tuning.frequency = core::parse_quantity(options.tune, Dimension::frequency);
+  if (!(tuning.frequency > 0)) {
+    throw InputError(fmt::format("--tune {}: a pitch is positive", options.tune),
+                     "write it as 440 Hz");
+  }
+  tuning.mode = options.tune_mode.value_or(1);
+  return tuning;
+}
+
+}  // namespace
+
 scene::SolvedObject solve_object(const ObjectOptions& options, const Context& context,
                                  const std::optional<Vec3>& struck) {
   if (comes_with_modes(options)) {
     scene::SolvedObject object;
     mpi::agreed(context.world, [&] {
+      refuse(!options.tune.empty(), "--tune", "the object comes with its modes",
+             "give a material, and its mesh is solved");
       object = scene::read_sounding_gltf(options.mesh, options.node);
       scene::check_size(solvers::mesh::bounding_box(object.modes.surface.nodes).longest_side(),
                         options.any_size);
@@ -323,9 +361,21 @@ scene::SolvedObject solve_object(const ObjectOptions& options, const Context& co
     return object;
   }
   scene::ObjectRequest request;
-  mpi::agreed(context.world, [&] { request = object_request(options); });
-  if (struck) request.struck = {*struck};
-  scene::SolvedObject object = scene::solve_object(request, context.world, context.cache);
+  std::optional<scene::Tuning> tuning;
+  mpi::agreed(context.world, [&] {
+    tuning = tuning_of(options);
+    request = object_request(options);
+  });
+  // Of a tuned object it is meant at the size that it has then.
+  if (struck && !tuning) request.struck = {*struck};
+  scene::SolvedObject object =
+      tuning ? scene::solve_tuned(request, *tuning, context.world, context.cache)
+             : scene::solve_object(request, context.world, context.cache);
+  if (tuning && context.speaks() && !context.json) {
+    fmt::print("tuned to {:.6g} Hz: every length times {:.6g}, longest side {:.4g} m\n",
+               tuning->frequency, object.size,
+               solvers::mesh::bounding_box(object.modes.surface.nodes).longest_side());
+  }
   if (context.speaks())
     for (const std::string& warning : object.warnings)
       spdlog::warn("{}: {}", options.mesh, context.chosen->in_options(warning));

@@ -37,10 +37,15 @@ struct ObjectOptions {
   std::optional<std::string> pitch_cents;
   std::optional<int> max_unknowns;  ///< of refinements; 120,000 when none is given
   std::optional<int> edge_layers;   ///< at inward edges; 1 when none is given
+  std::string tune;                 ///< pitch that the object is scaled to; "": its size is given
+  std::optional<int> tune_mode;     ///< that is at it; 1 when none is given
 };
 
 /// Adds the options of an object to a command.
 void add_object_options(Command& command, ObjectOptions& options);
+
+/// Adds the options that scale an object to a pitch, which solve_object() heeds.
+void add_tuning_options(Command& command, ObjectOptions& options);
 
 /// The object that the options name, of no material where none is given.
 /// @throws InputError  as scene::parse_object, a malformed length, or an option that would do
@@ -68,8 +73,10 @@ scene::RegionMaterials region_materials(const ObjectOptions& options);
 ///                     solver has no use for
 scene::ObjectRequest object_request(const ObjectOptions& options);
 
-/// scene::solve_object() of what the options ask for.
+/// scene::solve_object() or, of a pitch to tune to, scene::solve_tuned() of what the options ask
+/// for.
 /// @param struck  [m], refused where it is off the object
+/// @throws InputError  both a pitch and a size; and as these
 /// @note Collective on the context's world.
 scene::SolvedObject solve_object(const ObjectOptions& options, const Context& context,
                                  const std::optional<Vec3>& struck = {});

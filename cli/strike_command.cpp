@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
 
 #include "cli/command_line.hpp"
 #include "cli/object_options.hpp"
@@ -15,6 +17,7 @@
 #include "core/units.hpp"
 #include "scene/chain.hpp"
 #include "scene/single_strike.hpp"
+#include "synth/contact/recorded_force.hpp"
 
 namespace carillon::cli {
 
@@ -27,6 +30,7 @@ struct StrikeOptions {
   std::string at, direction;
   // Shorter to write than --set; "" leaves the scene's value.
   std::string listener, impulse, contact_time, seconds, sample_rate, gain;
+  std::string force, force_peak;  ///< a file, and what its largest magnitude is scaled to; "": none
   std::uint64_t seed = 1;
   std::size_t repeat = 1;
   std::string interval = "0.2 s";
@@ -94,12 +98,33 @@ void check_options(const StrikeOptions& options) {
   }
 }
 
+/// The force of a file, in place of a hammer.
+std::optional<synth::modal::ContactForce> known_force(const StrikeOptions& options) {
+  if (options.force.empty()) {
+    if (options.force_peak.empty()) return std::nullopt;
+    throw core::InputError("--force-peak scales the file of --force, and there is none",
+                           "--impulse is the strength of the usual pulse");
+  }
+  for (const auto& [name, value] : {std::pair{"--impulse", &options.impulse},
+                                    std::pair{"--contact-time", &options.contact_time}}) {
+    if (value->empty()) continue;
+    throw core::InputError(fmt::format("--force and {} both say how hard is struck", name),
+                           "keep one of them; --force-peak scales the file");
+  }
+  std::optional<double> peak;
+  if (!options.force_peak.empty()) {
+    peak = core::parse_quantity(options.force_peak, core::Dimension::force);
+  }
+  return synth::contact::read_force(options.force, peak);
+}
+
 scene::KnownStrike known_strike(const StrikeOptions& options) {
   scene::KnownStrike known;
   if (!options.at.empty()) known.position = parse_position(options.at, "--at");
   if (!options.direction.empty()) {
     known.direction = parse_position(options.direction, "--direction").normalized();
   }
+  known.force = known_force(options);
   return known;
 }
 
@@ -130,6 +155,7 @@ void run_strike(StrikeOptions options, Context& context) {
     json["file"] = options.output;
     for (const synth::material::Material& material : object.materials)
       json["materials"].push_back(material.name);
+    if (object.size != 1) json["size"] = object.size;
     if (object.pitch_target)
       json["pitch_target"] = solvers::pitch::to_json(*object.pitch_target, true);
     fmt::print("{}\n", json.dump(2));
@@ -144,7 +170,7 @@ void run_strike(StrikeOptions options, Context& context) {
   }
   std::vector<std::string> effects;
   for (const auto& [name, entry] : struck.trace.effects) effects.push_back(name);
-  fmt::print("{:.4g} N s over {:.4g} ms; effects: {}\n", sound.strike.impulse,
+  fmt::print("{:.4g} N s over {:.4g} ms; effects: {}\n", struck.impulse,
              1000 * sound.strike.force.duration, fmt::join(effects, ", "));
   // What was asked for and cannot be: a room without a listener.
   for (const scene::EffectDecision& effect : scene.effects) {
@@ -164,6 +190,7 @@ void add_strike(Program& program, Context& context) {
   Command& command = program.add("strike", "one sound of one shape", Needs::solver);
   auto options = std::make_shared<StrikeOptions>();
   add_object_options(command, options->object);
+  add_tuning_options(command, options->object);
   command.option_named("--max-frequency").show_default("20 kHz or half the sample rate");
   command.option("-o,--output", options->output, "WAV file, one channel per listener").required();
   command.option("--at", options->at, "point struck, x,y,z [m] (default: drawn by --seed)");
@@ -179,6 +206,11 @@ void add_strike(Program& program, Context& context) {
       .option("--contact-time", options->contact_time,
               "duration of the contact; 0: an ideal impulse")
       .show_default(scene::default_contact_time);
+  command.option("--force", options->force,
+                 "sound file of one channel: the force over time, 1 N at full scale, in place of "
+                 "impulse and contact time");
+  command.option("--force-peak", options->force_peak,
+                 "largest magnitude that the file is scaled to, e.g. 20 N");
   command.option("--listener", options->listener,
                  "x,y,z [m] from the centre of the object's box: pressure there instead of the "
                  "velocity at the point");
@@ -193,7 +225,8 @@ void add_strike(Program& program, Context& context) {
   command.footer(
       "Examples:\n  carillon strike bell -o bell.wav\n"
       "  carillon strike bowl -m ceramic --listener 0,0,1 --set 'room.dimensions=[5, 4, 3]' "
-      "--set room.rt60=0.6 -o room.wav");
+      "--set room.rt60=0.6 -o room.wav\n"
+      "  carillon strike bell -m iron --force hammer.wav --force-peak '80 N' -o bell.wav");
   command.does([&context, options] { run_strike(*options, context); });
 }
 

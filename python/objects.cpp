@@ -16,6 +16,7 @@
 #include "scene/object.hpp"
 #include "scene/solved_object_json.hpp"
 #include "scene/strikes.hpp"
+#include "scene/tuned_object.hpp"
 #include "solvers/libraries/one_thread.hpp"
 #include "solvers/modes/modes_file.hpp"
 #include "synth/damping/damping.hpp"
@@ -133,8 +134,12 @@ scene::RegionMaterials materials_of(const scene::Object& object, const json& mat
   return scene::region_materials(with_groups, "");
 }
 
+/// @param tune  pitch that a mode is brought to [Hz]; 0: the shape has its size
 SolvedPointer solve(const Shape& shape, const std::string& materials, const std::string& settings,
-                    const std::string& cache) {
+                    double tune, int tune_mode, const std::string& cache) {
+  if (tune > 0 && shape.object.file.length > 0) {
+    throw InputError("the object's length and tune both say how large it is", "keep one of them");
+  }
   core::ConfigNode root = core::ConfigNode::parse(settings, "modes()");
   scene::ModesConfig config;
   // The band's top is a setting of its own here, whatever sounds will be made.
@@ -145,14 +150,15 @@ SolvedPointer solve(const Shape& shape, const std::string& materials, const std:
   scene::ObjectRequest request = scene::object_request(
       config, mesh_request(shape), materials_of(shape.object, json::parse(materials)));
   start_solver();
-  return interruptible([request = std::move(request), name = shape.name,
+  return interruptible([request = std::move(request), name = shape.name, tune, tune_mode,
                         cache](const Waiting& waiting) mutable -> SolvedPointer {
     const solvers::libraries::OneThread alone;
     request.solve.time = waiting.limit("the solve");
     auto solved = std::make_shared<Solved>();
     solved->name = name;
     solved->cache = cache;
-    solved->object = scene::solve_object(request, MPI_COMM_SELF, cache);
+    solved->object = tune > 0 ? scene::solve_tuned(request, {tune, tune_mode}, MPI_COMM_SELF, cache)
+                              : scene::solve_object(request, MPI_COMM_SELF, cache);
     return solved;
   });
 }
@@ -280,7 +286,8 @@ void bind_objects(py::module_& module) {
       .def_readonly("name", &Shape::name)
       .def_property_readonly("usual_material",
                              [](const Shape& shape) { return scene::usual_material(shape.object); })
-      .def("solve", &solve, py::arg("materials"), py::arg("settings"), py::arg("cache"));
+      .def("solve", &solve, py::arg("materials"), py::arg("settings"), py::arg("tune"),
+           py::arg("tune_mode"), py::arg("cache"));
   module.def("shape_from_text", &shape_from_text);
   module.def("shape_from_arrays", &shape_from_arrays);
   module.def("turned_shape", &turned_shape);

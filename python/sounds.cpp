@@ -18,6 +18,7 @@
 #include "python/objects.hpp"
 #include "scene/material_json.hpp"
 #include "scene/single_strike.hpp"
+#include "synth/contact/recorded_force.hpp"
 #include "synth/signal/mel.hpp"
 
 namespace carillon::python {
@@ -165,15 +166,21 @@ std::string compare(const Samples& reference, double reference_rate, const Sampl
 /// @return samples [rows, samples] and what carillon strike says of them
 py::tuple strike(const SolvedPointer& solved, const std::string& configuration,
                  const std::optional<Triples>& at, const std::optional<Triples>& direction,
-                 std::uint64_t seed, std::size_t repeat, double interval) {
+                 const std::optional<Samples>& force, double force_rate, std::uint64_t seed,
+                 std::size_t repeat, double interval) {
   scene::Scene scene = scene::read_strike_scene(configuration, "strike()", {},
                                                 solved->object.materials, "the object's material");
   scene::SingleStrike single{.seed = seed, .repeat = repeat, .interval = interval};
   if (at) single.known.position = vector_of(*at, "at");
   if (direction) {
-    const Vec3 force = vector_of(*direction, "direction");
-    if (!(force.norm() > 0)) throw InputError("direction has no length");
-    single.known.direction = force.normalized();
+    const Vec3 way = vector_of(*direction, "direction");
+    if (!(way.norm() > 0)) throw InputError("direction has no length");
+    single.known.direction = way.normalized();
+  }
+  if (force) {
+    if (force->ndim() != 1) throw InputError("force must be one row of samples, [samples] in N");
+    single.known.force = synth::contact::recorded_force(
+        {force->data(), static_cast<std::size_t>(force->size())}, force_rate);
   }
   struct Made {
     std::vector<float> audio;

@@ -33,6 +33,12 @@ Scene read_strike_scene(const std::string& text, const std::string& name,
 
 StruckSound strike_once(const Scene& scene, const std::string& shape, const SolvedObject& object,
                         const SingleStrike& strike, const std::filesystem::path& cache) {
+  if (strike.known.force && (scene.runs("striker") || !scene.runs("contact"))) {
+    throw core::InputError(scene.runs("striker")
+                               ? "a force is given, and the scene's striker makes another"
+                               : "a force over time is given, and effects.contact is off",
+                           "leave one of them out");
+  }
   StruckSound struck;
   SoundChain chain(scene, cache, struck.trace);
   const RingingObject ringing = chain.prepare(shape, shape, object.modes, object.materials);
@@ -49,6 +55,7 @@ StruckSound strike_once(const Scene& scene, const std::string& shape, const Solv
   }
   chain.make(sound);
   struck.struck = synth::modal::frame_at(object.modes.surface, sound.strike.point);
+  struck.impulse = sound.strike.impulse * synth::modal::impulse_of(sound.strike.force);
   struck.unit = sound.rings.readout.unit;
   struck.drawn = record.last_row();
   sound.object = nullptr;
@@ -72,7 +79,7 @@ nlohmann::json to_json(const StruckSound& struck, const Scene& scene) {
           {"position_m", list(struck.struck.position)},
           {"normal", list(struck.struck.normal)},
           {"direction", list(sound.strike.direction)},
-          {"impulse_ns", sound.strike.impulse},
+          {"impulse_ns", struck.impulse},
           {"contact_time_s", sound.strike.force.duration},
           {"scene", planned},
           {"effects", ran},

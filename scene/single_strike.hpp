@@ -37,6 +37,7 @@ struct SingleStrike {
 struct StruckSound {
   Sound sound;  ///< `object` and `record` are gone
   synth::modal::PointFrame struck;
+  double impulse = 0;    ///< integral of the force [N s]
   std::string unit;      ///< of the sound before `gain`: m/s or Pa
   nlohmann::json drawn;  ///< what was drawn and found, by the names of a dataset's columns
   core::Trace trace;     ///< effects that ran
@@ -45,7 +46,7 @@ struct StruckSound {
 /// Strikes an object as a scene says.
 /// @param shape  what it was solved as
 /// @param cache  as SoundChain
-/// @throws InputError  as effects do
+/// @throws InputError  as effects do, or a known force where the scene has a striker or no contact
 StruckSound strike_once(const Scene& scene, const std::string& shape, const SolvedObject& object,
                         const SingleStrike& strike, const std::filesystem::path& cache);
 

@@ -69,6 +69,7 @@ struct SolvedObject {
   std::optional<solvers::pitch::PitchReport> pitch_target;  ///< when one was asked for
   std::vector<std::string> warnings;                        ///< mesh_warnings() of a file
   core::Trace trace;
+  double size = 1;  ///< factor of every length against the request, see solve_tuned()
 };
 
 /// Finds the modes of an object by the solver that decide_solver() names: meshes and modes are each

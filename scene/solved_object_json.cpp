@@ -66,6 +66,7 @@ nlohmann::json to_json(const SolvedObject& object, const synth::damping::DecayRa
     out["mesh"] = solvers::mesh::to_json(object.mesh.quality);
     out["repair"] = solvers::mesh::to_json(object.mesh.repair);
   }
+  if (object.size != 1) out["size"] = object.size;
   if (object.modes.size() == 0) out["explanation"] = why_no_mode(object);
   if (!damping.negative.empty()) {
     out["negative_damping"] = {{"modes", damping.negative.size()},

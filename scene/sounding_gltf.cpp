@@ -56,7 +56,8 @@ void find_nodes(const GltfReader& file, std::size_t number, const Eigen::Matrix4
   const json extensions = node.value("extensions", json::object());
   if (extensions.contains(extension) && extensions.at(extension).contains("modalModel")) {
     const std::string name = node.value("name", fmt::format("node-{}", number));
-    found.push_back({name, extensions.at(extension).at("modalModel").get<std::size_t>(), transform});
+    found.push_back(
+        {name, extensions.at(extension).at("modalModel").get<std::size_t>(), transform});
   }
   for (const json& child : node.value("children", json::array()))
     find_nodes(file, child.get<std::size_t>(), transform, depth + 1, found);
@@ -114,8 +115,9 @@ ModalModel read_model(const GltfReader& file, std::size_t number) {
   const std::size_t modes = model.frequencies.size(), points = model.positions.size() / 3;
   if (modes == 0 || points == 0 || model.decay_rates.size() != modes ||
       model.shapes.size() != 3 * modes * points) {
-    file.fail(fmt::format("{} frequencies, {} decay rates, {} points and {} shapes are no modal model",
-                          modes, model.decay_rates.size(), points, model.shapes.size() / 3));
+    file.fail(
+        fmt::format("{} frequencies, {} decay rates, {} points and {} shapes are no modal model",
+                    modes, model.decay_rates.size(), points, model.shapes.size() / 3));
   }
   const auto last = static_cast<std::int32_t>(points);
   if (model.indices.empty() || model.indices.size() % 3 != 0 ||
@@ -131,8 +133,8 @@ ModalModel read_model(const GltfReader& file, std::size_t number) {
   return model;
 }
 
-/// Mass- and stiffness-proportional parts of decay rates by least squares, none below zero: what the
-/// material of a file without alpha and beta is said to have.
+/// Mass- and stiffness-proportional parts of decay rates by least squares, none below zero: what
+/// the material of a file without alpha and beta is said to have.
 std::array<double, 2> rayleigh_like(const std::vector<double>& eigenvalues,
                                     const std::vector<double>& decay_rates) {
   const double top = *std::max_element(eigenvalues.begin(), eigenvalues.end());
@@ -249,8 +251,8 @@ SolvedObject read_sounding_gltf(const std::string& path, const std::string& name
     modes.certificate.min_frequency = modes.frequency(0);
     modes.certificate.max_frequency = modes.frequency(count - 1);
     object.materials = {material_of(file, model, modes)};
-    const double volume = std::abs(
-        solvers::mesh::signed_volume(solvers::modes::flatten(modes.surface)));
+    const double volume =
+        std::abs(solvers::mesh::signed_volume(solvers::modes::flatten(modes.surface)));
     modes.mass = model.mass > 0 ? model.mass * std::pow(scale, 3)
                                 : object.materials.front().elastic.density * volume;
     object.mesh.mesh.region_names = {"body"};

@@ -48,6 +48,12 @@ void draw_strike(const StrikeConfig& strikes, const solvers::modes::ModeSurface&
   strike.direction = known.direction
                          ? *known.direction
                          : synth::modal::spread_direction(inward, strikes.spread, place);
+  if (known.force) {
+    strike.impulse = 1;
+    strike.force = *known.force;
+    sound.contact_time = known.force->duration;
+    return;
+  }
   core::RandomStream force(draw.seed, draw.force, "strike.force");
   const auto drawn = [&](const core::Range& range) {
     return force.log_uniform(range.low, range.high);

@@ -20,6 +20,8 @@ struct KnownStrike {
   std::optional<Vec3> direction;       ///< of the force, of length 1
   std::optional<double> impulse;       ///< [N s]
   std::optional<double> contact_time;  ///< [s]
+  /// Over time, for an impulse of 1 N s; in place of both.
+  std::optional<synth::modal::ContactForce> force = {};
 };
 
 /// Whose random values a strike has: equal numbers under one seed draw equal values.

@@ -21,7 +21,7 @@ std::string factor_slider(const char* label) {
   return faust_slider(fmt::format("{}[scale:log]", label), 1, 0.01, 100);
 }
 
-FaustDamping rayleigh_of_one(const synth::damping::DampingModel& model, std::size_t modes) {
+FaustDamping rayleigh_of_one(const synth::damping::DampingModel& model) {
   FaustDamping damping;
   damping.definitions = fmt::format(
       "alpha1 = {};\n"
@@ -30,7 +30,6 @@ FaustDamping rayleigh_of_one(const synth::damping::DampingModel& model, std::siz
       parameter_slider("v:object/[3]alpha1[unit:1/s]", model.parameters[0], 1000),
       parameter_slider("v:object/[4]alpha2[unit:ns]", model.parameters[1] / nano, 1000),
       faust_number(nano));
-  damping.rates.assign(modes, "rate");
   return damping;
 }
 
@@ -41,9 +40,10 @@ FaustDamping rayleigh_of_regions(const solvers::modes::Modes& modes,
   damping.definitions = fmt::format(
       "alpha1 = {};\n"
       "alpha2 = {};\n"
-      "rate(a1, a2, lambda) = (alpha1*a1 + alpha2*a2*lambda)/2;\n",
+      "rate(alpha1_of, alpha2_of, lambda) = (alpha1*alpha1_of + alpha2*alpha2_of*lambda)/2;\n",
       factor_slider("v:object/[3]alpha1 of all materials, times"),
       factor_slider("v:object/[4]alpha2 of all materials, times"));
+  damping.columns = {{"alpha1s", {}}, {"alpha2s", {}}};
   for (Eigen::Index i = 0; i < modes.kinetic_fraction.rows(); ++i) {
     double alpha1 = 0, alpha2 = 0;
     for (std::size_t r = 0; r < materials.size(); ++r) {
@@ -51,8 +51,8 @@ FaustDamping rayleigh_of_regions(const solvers::modes::Modes& modes,
       alpha1 += materials[r].damping.parameters[0] * modes.kinetic_fraction(i, region);
       alpha2 += materials[r].damping.parameters[1] * modes.strain_fraction(i, region);
     }
-    damping.rates.push_back(
-        fmt::format("rate({}, {})", faust_number(alpha1), faust_number(alpha2)));
+    damping.columns[0].values.push_back(alpha1);
+    damping.columns[1].values.push_back(alpha2);
   }
   return damping;
 }
@@ -88,23 +88,12 @@ FaustDamping faust_damping(const solvers::modes::Modes& modes,
   const bool rayleigh = std::all_of(materials.begin(), materials.end(), [](const auto& material) {
     return material.damping.kind == synth::damping::DampingKind::rayleigh;
   });
-  if (rayleigh && materials.size() == 1) {
-    return rayleigh_of_one(materials.front().damping, modes.size());
-  }
+  if (rayleigh && materials.size() == 1) return rayleigh_of_one(materials.front().damping);
   if (rayleigh) return rayleigh_of_regions(modes, materials);
 
-  FaustDamping damping;
-  damping.definitions =
-      fmt::format("damping = {};\n", factor_slider("v:object/[3]decay rates, times"));
   const std::string c = materials.size() == 1 ? formula(materials.front().damping) : "";
-  if (!c.empty()) {
-    damping.definitions += fmt::format("rate(lambda) = damping*max(0, {})/2;\n", c);
-    damping.rates.assign(modes.size(), "rate");
-    return damping;
-  }
-  damping.definitions += "rate(d, lambda) = damping*d;\n";
-  for (const double d : rates) damping.rates.push_back(fmt::format("rate({})", faust_number(d)));
-  return damping;
+  if (!c.empty()) return {fmt::format("rate(lambda) = max(0, {})/2;\n", c), {}};
+  return {"rate(d, lambda) = d;\n", {{"rates", {rates.begin(), rates.end()}}}};
 }
 
 }  // namespace carillon::dataset::exporters

@@ -28,8 +28,8 @@ SamplePoints sample_points(const solvers::modes::ModeSurface& surface, AudioPoin
         static_cast<std::size_t>(solvers::elements::nodes_per_face(surface.order));
     flat.faces.clear();
     for (std::size_t f = 0; f < surface.faces.size(); f += per_face)
-      flat.faces.insert(flat.faces.end(), {surface.faces[f], surface.faces[f + 1],
-                                           surface.faces[f + 2]});
+      flat.faces.insert(flat.faces.end(),
+                        {surface.faces[f], surface.faces[f + 1], surface.faces[f + 2]});
     flat.order = 1;
   }
   SamplePoints samples;

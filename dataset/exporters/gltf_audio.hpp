@@ -10,15 +10,16 @@
 
 namespace carillon::dataset::exporters {
 
-/// A modal model as the glTF extension KHR_audio_rigid_bodies has it (draft of 2026), in glTF's axes.
+/// A modal model as the glTF extension KHR_audio_rigid_bodies has it (draft of 2026), in glTF's
+/// axes.
 struct GltfAudio {
-  std::vector<float> frequencies;  ///< damped [Hz], n values, the loudest modes first
-  std::vector<float> decay_rates;  ///< d, amplitudes fall as exp(-d t) [1/s], n values
-  GltfVectors positions;           ///< of the sample points [m], p values
-  GltfVectors shapes;              ///< mass-normalised [kg^-1/2], n x p values, mode by mode
-  std::vector<std::uint32_t> indices;       ///< triangles between the sample points
-  nlohmann::ordered_json material;          ///< an acousticMaterial; null where there are several
-  nlohmann::ordered_json mass_properties;   ///< of the body, in kg, m and kg m^2
+  std::vector<float> frequencies;      ///< damped [Hz], n values, the loudest modes first
+  std::vector<float> decay_rates;      ///< d, amplitudes fall as exp(-d t) [1/s], n values
+  GltfVectors positions;               ///< of the sample points [m], p values
+  GltfVectors shapes;                  ///< mass-normalised [kg^-1/2], n x p values, mode by mode
+  std::vector<std::uint32_t> indices;  ///< triangles between the sample points
+  nlohmann::ordered_json material;     ///< an acousticMaterial; null where there are several
+  nlohmann::ordered_json mass_properties;  ///< of the body, in kg, m and kg m^2
 };
 
 /// Where mode shapes are sampled.
@@ -28,10 +29,11 @@ enum class AudioPoints {
 };
 
 /// The modes of an object that ring: those that are overdamped are left out. The order is that of
-/// the sound that a strike anywhere on the surface leaves: the mean square of a shape, times that of
-/// its normal part, times omega^2 / d.
+/// the sound that a strike anywhere on the surface leaves: the mean square of a shape, times that
+/// of its normal part, times omega^2 / d.
 /// @param decay_rates  of every mode [1/s]
-/// @param materials    one for each region; Rayleigh's parameters of the only one are written as alpha
+/// @param materials    one for each region; Rayleigh's parameters of the only one are written as
+/// alpha
 ///                     and beta
 /// @param rigid        of the body, in our axes
 /// @throws InputError  no mode rings

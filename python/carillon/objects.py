@@ -15,7 +15,7 @@ from carillon import _carillon, arguments, show
 from carillon.arguments import FloatArray, Quantity
 from carillon.errors import InputError
 from carillon.materials import Material, material_text, stored_materials
-from carillon.sounds import Sound
+from carillon.sounds import Sound, rate_of
 
 #: Meshes and modes that were made once are kept here; "": nowhere. $CARILLON_CACHE or ~/.cache/carillon by default.
 cache: str | os.PathLike[str] = _carillon.default_cache()
@@ -146,7 +146,8 @@ class Modes:
 
     def strike(self, at: Sequence[float] | FloatArray | None = None, *,
                direction: Sequence[float] | FloatArray | None = None, impulse: Quantity | None = None,
-               contact_time: Quantity | None = None, seconds: Quantity | None = None, rate: Quantity | None = None,
+               contact_time: Quantity | None = None, force: numpy.typing.ArrayLike | None = None,
+               force_rate: Quantity | None = None, seconds: Quantity | None = None, rate: Quantity | None = None,
                gain: float | None = None, listeners: Sequence[Sequence[float] | FloatArray] = (),
                room: Mapping[str, Any] | None = None, supports: Mapping[str, Any] | None = None,
                noise: Mapping[str, Any] | None = None, striker: Mapping[str, Any] | None = None,
@@ -156,7 +157,8 @@ class Modes:
 
         at: point [m]; the nearest one of the surface is struck. None: drawn by `seed`.
         direction: of the force; None: inward along the normal.
-        impulse: 0.02 N s; contact_time: 0.2 ms, 0 an ideal impulse. A `striker` gives both instead.
+        impulse: 0.02 N s; contact_time: 0.2 ms, 0 an ideal impulse. A `striker` gives both instead, or
+        force: [samples] N, straight lines between; force_rate: its samples per second [Hz], of a Sound its own.
         seconds: of the clip, 1; rate: 44100 Hz; gain: full scale per m/s or Pa, 1.
         listeners: positions [m] from the centre of the object's box, one channel each.
         room, supports, noise, striker: as the keys of a configuration (docs/configuration.md); `scene` has any
@@ -170,6 +172,8 @@ class Modes:
                                  "listeners": positions or None}, keys, "scene")
         keys["audio"] = arguments.joined({"seconds": seconds, "sample_rate": rate, "gain": gain},
                                          keys.get("audio"), "scene's audio")
+        if force is not None and (impulse is not None or contact_time is not None):
+            raise InputError("force and impulse or contact_time both say how hard is struck", "keep one of them")
         if "striker" in keys:
             if impulse is not None or contact_time is not None:
                 raise InputError("a striker gives impulse and contact_time", "leave them out, or the striker")
@@ -187,6 +191,8 @@ class Modes:
             samples, description = _carillon.strike(
                 self._solved, arguments.settings(**keys), None if at is None else arguments.numbers(at, "at"),
                 None if direction is None else arguments.numbers(direction, "direction"),
+                None if force is None else arguments.numbers(force, "force"),
+                0.0 if force is None else rate_of(force, force_rate, "force_rate"),
                 arguments.whole(seed, "seed", 0, 2**64 - 1), arguments.whole(repeat, "repeat", 1, 10000),
                 arguments.quantity(interval, "time", "interval"))
         document = json.loads(description)
@@ -299,12 +305,14 @@ class Object:
               element_size: Quantity | None = None, max_elements: int | None = None, edge_layers: int | None = None,
               solver: str | None = None, eigen_solver: str | None = None, linear_solver: str | None = None,
               mirror_planes: str | None = None, max_unknowns: int | None = None,
-              memory_limit: Quantity | None = None) -> Modes:
+              memory_limit: Quantity | None = None, tune: Quantity | None = None, tune_mode: int = 1) -> Modes:
         """Finds the modes; what is left out is chosen as `carillon modes` does.
 
         material: a preset's name, constants, or a Material; of an MSH file's physical groups a mapping. None: the
         usual one of a family that has one (`shapes()`; a bell is of bell bronze).
         pitch_cents: refine until the worst mode's estimated error is below it (5 by default, "off").
+        tune: scale the object so that its mode `tune_mode`, counted from the lowest as 1, is at this pitch [Hz];
+        `modes.document["size"]` is the factor of every length. Not with a length.
         The others are the keys of `modes` and `solver` in docs/configuration.md; `solver` is its `kind`.
         Works without `mpirun`; under it, each process solves its own. After Ctrl-C the call ends at once and the solve
         at its next step.
@@ -327,7 +335,11 @@ class Object:
         else:
             materials = material_text(material)
         with arguments.arguments_of("modes()", {"kind": "solver"}):
+            pitch = 0.0 if tune is None else arguments.quantity(tune, "frequency", "tune")
+            if tune is not None and not pitch > 0:
+                raise InputError(f"tune: {tune} is no pitch", "write it as \"440 Hz\"")
             solved = self._shape.solve(json.dumps(materials), json.dumps(settings, default=arguments.plain),
+                                       pitch, arguments.whole(tune_mode, "tune_mode", 1, 100000),
                                        os.fspath(cache))
         made = Modes(solved)
         warnings = list(solved.warnings())

@@ -86,7 +86,8 @@ class Sound(numpy.ndarray[Any, numpy.dtype[numpy.float32]]):
         return str(Audio(numpy.asarray(self), rate=round(self.rate))._repr_html_())
 
 
-def _rate_of(sound: Any, rate: Quantity | None, name: str = "rate") -> float:
+def rate_of(sound: Any, rate: Quantity | None, name: str = "rate") -> float:
+    """The rate that is given, or a Sound's own [Hz]."""
     known = rate if rate is not None else getattr(sound, "rate", None)
     if known is None:
         raise TypeError("the sample rate is missing: give it after the samples")
@@ -173,7 +174,7 @@ def features(samples: numpy.typing.ArrayLike, rate: Quantity | None = None, *, m
         method=arguments.word(method, "method"), rt60=arguments.rt60_text(rt60),
         max_features=None if max_features is None else arguments.whole(max_features, "max_features"),
         min_level=None if min_level is None else arguments.quantity(min_level, "level", "min_level"), **texts)
-    found = _carillon.features(arguments.samples(samples, "samples"), _rate_of(samples, rate), options)
+    found = _carillon.features(arguments.samples(samples, "samples"), rate_of(samples, rate), options)
     return Features._from_json(json.loads(found))
 
 
@@ -297,8 +298,8 @@ def compare(reference: numpy.typing.ArrayLike, other: numpy.typing.ArrayLike, ra
     loudest_level: that the louder one's loudest moment is heard at [dB re 20 uPa]; widest: modes further apart
     than this are not the same [cents].
     """
-    first = _rate_of(reference, rate)
-    second = _rate_of(other, other_rate if other_rate is not None else getattr(other, "rate", first), "other_rate")
+    first = rate_of(reference, rate)
+    second = rate_of(other, other_rate if other_rate is not None else getattr(other, "rate", first), "other_rate")
     document = json.loads(_carillon.compare(
         arguments.samples(reference, "the reference"), first, arguments.samples(other, "the other sound"), second,
         arguments.quantity(loudest_level, "level", "loudest_level"), float(widest),
@@ -359,7 +360,7 @@ def estimate(samples: numpy.typing.ArrayLike, object: Object, at: Sequence[float
         model=arguments.word(model, "model"), heard=arguments.word(heard, "heard"), rt60=arguments.rt60_text(rt60),
         starts=arguments.whole(starts, "starts"), seed=arguments.whole(seed, "seed", 0, 2**64 - 1), **texts)
     [assumed] = stored_materials(f"[{_carillon.assumed_material(material_text(material), options)}]")
-    rate = _rate_of(samples, rate)
+    rate = rate_of(samples, rate)
     text, again = _carillon.estimate(
         lambda: object.modes(assumed, **modes)._solved, arguments.samples(samples, "the recording"), rate,
         arguments.numbers(at, "at"), None if direction is None else arguments.numbers(direction, "direction"), options)
@@ -384,5 +385,5 @@ def mel(samples: numpy.typing.ArrayLike, rate: Quantity | None = None, *, bands:
                  (("min_frequency", min_frequency), ("max_frequency", max_frequency)))
     bands, fft_size, hop = (arguments.whole(value, name, 1, 2**31 - 1) for name, value in
                             (("bands", bands), ("fft_size", fft_size), ("hop", hop)))
-    made = _carillon.mel(clips, _rate_of(samples, rate), bands, fft_size, hop, low, high)
+    made = _carillon.mel(clips, rate_of(samples, rate), bands, fft_size, hop, low, high)
     return made.squeeze(0) if clips.ndim == 1 else made

@@ -90,8 +90,7 @@ GltfReader::GltfReader(const std::string& path) : path_(path) {
       buffers_.push_back(core::from_base64(uri.substr(std::min(uri.find(',') + 1, uri.size()))));
     } else {
       const auto folder = std::filesystem::path(path).parent_path();
-      buffers_.push_back(
-          core::read_file(folder / solvers::mesh::readers::decoded_uri(uri)));
+      buffers_.push_back(core::read_file(folder / solvers::mesh::readers::decoded_uri(uri)));
     }
   }
 }
@@ -134,7 +133,8 @@ std::vector<double> GltfReader::numbers(std::size_t number, const std::string& t
     values.reserve(count * width);
     for (std::size_t i = 0; i < count; ++i) {
       for (std::size_t k = 0; k < width; ++k) {
-        values.push_back(component(from.bytes.data() + i * from.stride + k * bytes, component_type));
+        values.push_back(
+            component(from.bytes.data() + i * from.stride + k * bytes, component_type));
         if (!std::isfinite(values.back())) fail(fmt::format("accessor {} is not finite", number));
       }
     }

@@ -19,8 +19,8 @@ class GltfReader {
 
   const nlohmann::json& document() const { return document_; }
 
-  /// Values of an accessor, as many numbers to each as its type has. Sparse accessors and normalised
-  /// integers are none that the callers need.
+  /// Values of an accessor, as many numbers to each as its type has. Sparse accessors and
+  /// normalised integers are none that the callers need.
   /// @param type  "SCALAR" or "VEC3"
   /// @throws InputError  no such accessor, another type, or beyond its buffer
   std::vector<double> numbers(std::size_t accessor, const std::string& type) const;

@@ -41,7 +41,8 @@ struct Origin {
 }  // namespace
 
 mesh::TetMesh extrude(const PlanarGrid& grid, int layers, int order,
-                      const std::function<Vec3(const Vec2&, double)>& map) {
+                      const std::function<Vec3(const Vec2&, double)>& map, bool closed) {
+  const int levels = closed ? layers : layers + 1;
   const auto plane = [&](std::size_t triangle, int corner) {
     return grid.point(triangle, Eigen::Vector3d::Unit(corner));
   };
@@ -70,14 +71,14 @@ mesh::TetMesh extrude(const PlanarGrid& grid, int layers, int order,
           std::swap(swept[2], swept[3]);
         elements::Corners corners;
         for (std::size_t i = 0; i < 4; ++i)
-          corners[i] = (layer + swept[i].level) * grid.vertices +
+          corners[i] = (layer + swept[i].level) % levels * grid.vertices +
                        vertices[static_cast<std::size_t>(swept[i].corner)];
         tetrahedra.push_back(corners);
         origins.push_back({t, layer, swept});
       }
     }
 
-  const auto numbering = elements::number_nodes(tetrahedra, grid.vertices * (layers + 1), order);
+  const auto numbering = elements::number_nodes(tetrahedra, grid.vertices * levels, order);
   // Nodes of an order where a numbering met them first.
   const auto points = [&](const elements::NodeNumbering& numbers, int at_order) {
     const auto& lattice = elements::tetrahedron_lattice(at_order);

@@ -22,9 +22,10 @@ struct PlanarGrid {
 /// into three tetrahedra so that neighbours fit (Dompierre et al. 1999: every quadrilateral is cut
 /// from its smallest vertex). Nodes of every order, finer_nodes too, are values of `map`, so those
 /// of the boundary lie on the true surface.
-/// @param map  (plane point, t) -> position [m]; either orientation
+/// @param map     (plane point, t) -> position [m]; either orientation
+/// @param closed  t = 1 is t = 0 again, of a sweep all around; three layers at least
 mesh::TetMesh extrude(const PlanarGrid& grid, int layers, int order,
-                      const std::function<Vec3(const Vec2&, double)>& map);
+                      const std::function<Vec3(const Vec2&, double)>& map, bool closed = false);
 
 /// nx x ny rectangles over [0, 1]^2, each cut in two along the same diagonal. `periodic` joins the
 /// side x = 1 to the side x = 0 (points keep their own x, so an angle may run through).

@@ -22,7 +22,7 @@ std::vector<Family> register_families() {
   add(vessel_families());  // plate, bowl, cup, vase, bell
   add(hollow_families());  // box, can, bauble
   add(ball_families());    // sphere, pebble
-  add({wrench_family(), turned_family()});
+  add({torus_family(), cone_family(), wrench_family(), turned_family()});
   return all;
 }
 
@@ -78,7 +78,8 @@ void check_parameters(const mesh::GeneratedShape& shape) {
     if (given == shape.parameters.end())
       throw core::InputError(fmt::format("{}: {} is missing", family.name, known.name),
                              fmt::format("{}: {}", known.name, known.meaning));
-    if (!(given->second > 0) || !std::isfinite(given->second))
+    const bool positive = given->second > 0 || (known.may_be_zero && given->second == 0);
+    if (!positive || !std::isfinite(given->second))
       throw core::InputError(fmt::format("{}: {} must be a positive length, not {} m", family.name,
                                          known.name, given->second));
   }

@@ -17,6 +17,7 @@ struct FamilyParameter {
   double low;  ///< default range of a household object, SI
   double high;
   std::string meaning;
+  bool may_be_zero = false;  ///< else it is positive
 };
 
 /// A family of generated bodies with true wall thickness.
@@ -41,7 +42,7 @@ struct Family {
 };
 
 /// All families: bar, block, tile, disc, cylinder, tube, ring, plate (dinner plate), bowl, cup,
-/// vase, bell, box, can, bauble, sphere, pebble, wrench, turned.
+/// vase, bell, box, can, bauble, sphere, pebble, torus, cone, wrench, turned.
 std::span<const Family> families();
 /// @throws InputError  unknown; names the nearest
 const Family& find_family(const std::string& name);

@@ -14,6 +14,8 @@ std::vector<Family> round_families();
 std::vector<Family> vessel_families();
 std::vector<Family> hollow_families();
 std::vector<Family> ball_families();
+Family torus_family();
+Family cone_family();
 Family wrench_family();
 Family turned_family();
 
@@ -21,6 +23,7 @@ Family turned_family();
 // load.
 mesh::MeshResult mesh_sphere(const mesh::GeneratedShape& shape, const mesh::MeshOptions& options);
 mesh::MeshResult mesh_pebble(const mesh::GeneratedShape& shape, const mesh::MeshOptions& options);
+mesh::MeshResult mesh_cone(const mesh::GeneratedShape& shape, const mesh::MeshOptions& options);
 mesh::MeshResult mesh_turned(const mesh::GeneratedShape& shape, const mesh::MeshOptions& options);
 mesh::MeshResult mesh_wrench(const mesh::GeneratedShape& shape, const mesh::MeshOptions& options);
 
@@ -33,7 +36,8 @@ mesh::ShapeExtent box_extent(const Vec3& sides, double fraction = 1);
 /// An ellipsoid's volume beside that of its box.
 inline constexpr double ellipsoid_fraction = std::numbers::pi / 6;
 
-/// Every parameter of the family is there, positive and finite, and no other.
+/// Every parameter of the family is there, positive (or 0 where it may be) and finite, and no
+/// other.
 /// @throws InputError  names the parameter, or the nearest one that exists
 void check_parameters(const mesh::GeneratedShape& shape);
 

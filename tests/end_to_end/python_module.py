@@ -24,6 +24,22 @@ class Modes(ModuleTest):
             self.assertEqual(modes.mass, known["mass_kg"])
             self.assertEqual(vars(modes.certificate), known["certificate"])
 
+    def test_tuned_to_a_pitch(self):
+        bell = ca.shape("bell")
+        for tuned, mode in ((bell.modes("iron", tune="440 Hz", max_frequency="6 kHz"), 0),
+                            (bell.modes("iron", tune=880, tune_mode=3, max_frequency="6 kHz"), 2)):
+            pitch = 440 if mode == 0 else 880
+            self.assertLess(abs(1200 * numpy.log2(tuned.frequencies[mode] / pitch)), 1e-6)
+            known = bell.modes("iron", max_frequency=1.1 * 6e3 * tuned.document["size"])
+            ratio = known.frequencies[:len(tuned)] / tuned.frequencies
+            self.assertLess(numpy.abs(ratio / tuned.document["size"] - 1).max(), 1e-4)
+        for wrong, words in (({"tune": 0}, "no pitch"), ({"tune": "3 m"}, "tune: "),
+                             ({"tune": 440, "tune_mode": 0}, "tune_mode"), ({"tune": 50e3}, "outside the band")):
+            with self.assertRaisesRegex(ca.InputError, words):
+                bell.modes("iron", **wrong)
+        with self.assertRaisesRegex(ca.InputError, "length and tune"):
+            ca.shape("bell", longest_side=0.1).modes("iron", tune=440)
+
     def test_shapes_are_mass_normalised_at_the_nodes_of_the_surface(self):
         modes = ca.shape("block", longest_side=0.05).modes("steel", max_frequency="60 kHz", pitch_cents="off")
         self.assertEqual(modes.shapes.shape, (len(modes), len(modes.nodes), 3))
@@ -192,6 +208,24 @@ class Sounds(ModuleTest):
         self.assertEqual(len(estimate.resynthesis), len(one))
         for result in (features, fit, comparison, estimate):
             self.assertIn("<table>", result._repr_html_())
+
+    def test_force_over_time(self):
+        contact, rate = 1e-3, 384000
+        pulse = 20 * (1 - numpy.cos(2 * numpy.pi * numpy.arange(385) / 384))  # 0.02 N s over 1 ms
+        sound = self.modes.strike((0.05, 0, 0.03), force=pulse, force_rate="384 kHz")
+        expected = self.modes.strike((0.05, 0, 0.03), contact_time=contact)
+        self.assertLess(abs(sound - expected).max(), 1e-3 * abs(expected).max())
+        self.assertAlmostEqual(sound.document["impulse_ns"], 0.02, 6)
+        numpy.testing.assert_array_equal(
+            self.modes.strike((0.05, 0, 0.03), force=ca.Sound(pulse.astype(numpy.float32), rate)),
+            self.modes.strike((0.05, 0, 0.03), force=pulse.astype(numpy.float32), force_rate=rate))
+        for wrong, words in (({"force": pulse}, "rate is missing"), ({"force": pulse, "force_rate": 0}, "sample rate"),
+                             ({"force": [0, 0], "force_rate": 1}, "nothing would sound"),
+                             ({"force": [[1.0]], "force_rate": 1}, "one row"),
+                             ({"force": pulse, "force_rate": rate, "impulse": 1}, "impulse or contact_time"),
+                             ({"force": pulse, "force_rate": rate, "striker": {"kind": "metal"}}, "striker")):
+            with self.assertRaisesRegex((ca.InputError, TypeError), words):
+                self.modes.strike(**wrong)
 
     def test_keys_of_a_scene_and_arguments_are_one_scene(self):
         for sound in (self.modes.strike(rate="22.05 kHz"), self.modes.strike(scene={"audio": {"sample_rate": 22050}})):

@@ -3,8 +3,11 @@ import json
 import pathlib
 import re
 import unittest
+import warnings
 
 import h5py
+import numpy
+import scipy.io.wavfile
 from program import FolderTest, run, run_json
 
 DOCS = pathlib.Path(__file__).resolve().parents[2] / "docs"
@@ -42,6 +45,95 @@ class Strike(FolderTest):
         self.assertEqual(result["modes"] + left_out, everything)
         spoken = run("strike", *BOWL, *asked, "-o", self.folder / "x.wav")
         self.assertIn(f"{left_out} modes above half the sample rate left out", spoken.stdout)
+
+
+class Force(FolderTest):
+    """strike --force: a force in newtons over time."""
+
+    def strike(self, *arguments):
+        path = self.folder / "struck.wav"
+        answer = run_json("strike", *BOWL, "--at", "0.06,0,0.05", *arguments, "-o", path)
+        with warnings.catch_warnings():  # of chunks that are neither format nor data
+            warnings.simplefilter("ignore", scipy.io.wavfile.WavFileWarning)
+            rate, sound = scipy.io.wavfile.read(path)
+        self.assertEqual(rate, 44100)
+        return sound.astype(float), answer
+
+    def force(self, name, samples, rate):
+        path = self.folder / name
+        scipy.io.wavfile.write(path, rate, numpy.asarray(samples, numpy.float32))
+        return ("--force", path)
+
+    def expect_equal(self, sound, expected, decibels):
+        error = numpy.abs(sound - expected).max() / numpy.abs(expected).max()
+        self.assertLess(error, 10**(decibels / 20))
+
+    def test_of_the_usual_pulse_sounds_as_it_does(self):
+        contact, rate, impulse = 5e-4, 384000, 0.03
+        time = numpy.arange(round(contact * rate) + 1) / rate
+        pulse = (1 - numpy.cos(2 * numpy.pi * time / contact)) / 2
+        peak = 2 * impulse / contact
+        expected, _ = self.strike("--impulse", f"{impulse} N s", "--contact-time", f"{contact} s")
+        newtons = self.force("newtons.wav", peak * pulse, rate)  # beyond full scale
+        sound, answer = self.strike(*newtons)
+        self.expect_equal(sound, expected, -60)
+        self.assertAlmostEqual(answer["impulse_ns"], impulse, 6)
+        self.assertAlmostEqual(answer["contact_time_s"], contact, 6)
+        scaled, _ = self.strike(*self.force("scaled.wav", 0.3 * pulse, rate),
+                                "--force-peak", f"{peak} N")
+        self.expect_equal(scaled, expected, -60)
+        self.expect_equal(self.strike(*newtons, "--force-peak", "1 N")[0], expected / peak, -60)
+
+    def test_at_another_rate_sounds_the_same(self):
+        def half_sine(rate):
+            return numpy.sin(numpy.pi * numpy.arange(round(1e-3 * rate)) / (1e-3 * rate))
+        sounds = [self.strike(*self.force(f"{rate}.wav", half_sine(rate), rate))[0]
+                  for rate in (96000, 192000, 384000)]
+        self.expect_equal(sounds[0], sounds[2], -40)
+        self.expect_equal(sounds[1], sounds[2], -52)  # a quarter of that error
+
+    def test_of_one_sample_is_an_impulse(self):
+        rate = 16 * 44100
+        sound, answer = self.strike(*self.force("one.wav", [0] * 16 + [1], rate),
+                                    "--force-peak", f"{0.02 * rate} N")
+        self.assertAlmostEqual(answer["impulse_ns"], 0.02, 8)
+        expected, _ = self.strike("--contact-time", "0", "--impulse", "0.02 N s")
+        self.expect_equal(sound[2:], expected[1:-1], -45)
+
+    def test_beyond_the_clip_and_in_time(self):
+        """A force that pushes and pulls, longer than the clip; and two strikes are two sounds."""
+        noise = numpy.random.default_rng(3).normal(size=9600)
+        long, _ = self.strike(*self.force("long.wav", noise, 48000))
+        short, _ = self.strike(*self.force("short.wav", noise[:4800], 48000))
+        self.expect_equal(short, long, -120)  # the clip is 0.05 s
+        late, _ = self.strike(*self.force("late.wav", [0] * 4410 + list(noise[:200]), 441000))
+        once, _ = self.strike(*self.force("once.wav", [0] + list(noise[:200]), 441000))
+        twice, _ = self.strike(*self.force("once.wav", [0] + list(noise[:200]), 441000), "--repeat",
+                               "2", "--interval", "10 ms")
+        gap = numpy.zeros(441)
+        self.expect_equal(twice, once + numpy.concatenate([gap, once[:-441]]), -100)
+        self.assertEqual(numpy.abs(late[:430]).max(), 0)
+
+    def test_says_what_is_wrong(self):
+        good = self.force("good.wav", [0, 1, 0], 48000)
+        for arguments, said in (
+                ((*good, "--impulse", "1 N s"), ("--force and --impulse",)),
+                ((*good, "--contact-time", "1 ms"), ("--force and --contact-time",)),
+                ((*good, "--set", "striker.kind=metal"), ("striker",)),
+                ((*good, "--set", "effects.contact=off"), ("effects.contact",)),
+                ((*good, "--force-peak", "0 N"), ("good.wav", "positive")),
+                ((*good, "--force-peak", "20 Pa"), ("force",)),
+                (("--force-peak", "20 N"), ("--force-peak", "--force")),
+                (self.force("zero.wav", [0, 0, 0], 48000), ("zero.wav", "nothing would sound")),
+                (self.force("two.wav", numpy.ones((9, 2)), 48000), ("two.wav", "2 channels")),
+                (self.force("nan.wav", [0, numpy.nan, 0], 48000), ("nan.wav", "not finite")),
+                (self.force("long.wav", numpy.ones(61000), 1000), ("long.wav", "60 s")),
+                (("--force", self.folder / "none.wav"), ("none.wav",))):
+            result = run("strike", *BOWL, *arguments, "-o", self.folder / "wrong.wav")
+            self.assertEqual(result.returncode, 2, result.stderr)
+            for word in said:
+                self.assertIn(word, result.stderr)
+            self.assertFalse((self.folder / "wrong.wav").exists())
 
 
 LITTLE = """

@@ -92,7 +92,8 @@ INSTANTIATE_TEST_SUITE_P(Families, Against3d,
                                          Thick{"cup", {{"wall", 0.005}}, 8},
                                          Thick{"vase", {{"wall", 0.008}, {"height", 0.16}}, 8},
                                          Thick{"plate", {{"wall", 0.006}}, 8},
-                                         Thick{"disc", {}, 12}, Thick{"sphere", {}, 21}),
+                                         Thick{"disc", {}, 12}, Thick{"sphere", {}, 21},
+                                         Thick{"torus", {}, 8}),
                          [](const auto& given) { return given.param.family; });
 
 /// Energy of the response along d at the surface point nearest to `where`: sum over a pair of

@@ -21,7 +21,7 @@ namespace {
 using namespace solvers;
 constexpr double pi = std::numbers::pi;
 
-TEST(Families, AreNineteenWithRanges) {
+TEST(Families, AreTwentyOneWithRanges) {
   std::string names;
   for (const auto& family : solvers::families::families()) {
     names += family.name + " ";
@@ -33,8 +33,7 @@ TEST(Families, AreNineteenWithRanges) {
   }
   EXPECT_EQ(names,
             "bar block tile disc cylinder tube ring plate bowl cup vase bell box can bauble sphere "
-            "pebble "
-            "wrench turned ");
+            "pebble torus cone wrench turned ");
 }
 
 TEST(Families, AnUnknownOneNamesTheNearest) {
@@ -84,11 +83,16 @@ TEST(Families, ContradictionsAreRefusedWithTheirRule) {
   refused("bauble", "wall", 0.02);
   refused("can", "wall", 0.03);
   refused("pebble", "height", 0);
+  refused("torus", "tube_radius", 0.06);
+  refused("torus", "tube_radius", 0);
+  refused("cone", "top_radius", 0.05);
+  refused("cone", "top_radius", -0.001);
+  refused("cone", "radius", 0);
 }
 
 TEST(Families, EveryMeshIsSoundAtEveryOrder) {
-  const std::map<std::string, int> euler = {
-      {"tube", 0}, {"ring", 0}, {"box", 4}, {"can", 4}, {"bauble", 4}};
+  const std::map<std::string, int> euler = {{"tube", 0}, {"ring", 0}, {"torus", 0},
+                                            {"box", 4},  {"can", 4},  {"bauble", 4}};
   for (const auto& family : solvers::families::families())
     for (int order = 1; order <= 4; ++order) {
       SCOPED_TRACE(fmt::format("{} order {}", family.name, order));
@@ -131,7 +135,7 @@ TEST(Families, WrenchesHaveNoFlatCorners) {
 
 /// Least dihedral angle [degrees] of families that are swept, and of those that Gmsh fills.
 double min_dihedral(const std::string& family) {
-  return family == "turned" ? 0.5 : 2.0;
+  return family == "turned" || family == "cone" ? 0.5 : 2.0;
 }
 
 TEST(Families, RandomParametersWithinTheRangesMesh) {
@@ -211,6 +215,12 @@ TEST(RoundBodies, BoundaryNodesLieOnTheFormula) {
     const auto disc = mesh_of(shape_of("disc", {{"radius", 0.1}, {"thickness", 0.006}}), order);
     EXPECT_LT(off_annulus(disc.mesh, -1, 0.1, 0.006), 1e-15);
     const auto ball = mesh_of(shape_of("sphere", {{"radius", 0.05}}), order);
+    const auto torus =
+        mesh_of(shape_of("torus", {{"ring_radius", 0.05}, {"tube_radius", 0.01}}), order);
+    for (std::int32_t n : boundary_nodes(torus.mesh)) {
+      const Vec3& p = torus.mesh.nodes[static_cast<std::size_t>(n)];
+      EXPECT_NEAR(std::hypot(p.head<2>().norm() - 0.05, p.z()), 0.01, 1e-15);
+    }
     for (std::int32_t n : boundary_nodes(ball.mesh))
       EXPECT_NEAR(ball.mesh.nodes[static_cast<std::size_t>(n)].norm(), 0.05, 1e-15);
     EXPECT_EQ(ball.quality.straightened, 0);
@@ -225,9 +235,11 @@ TEST(RoundBodies, VolumesConvergeAtTheRateOfTheOrder) {
   const double disc_volume = pi * 25e-4 * 0.01;
   const auto ball = shape_of("sphere", {{"radius", 0.05}});
   const double ball_volume = 4 * pi / 3 * 1.25e-4;
+  const auto torus = shape_of("torus", {{"ring_radius", 0.05}, {"tube_radius", 0.02}});
+  const double torus_volume = 2 * pi * pi * 0.05 * 4e-4;
   for (const auto& [shape, exact, size] :
        {std::tuple{tube, tube_volume, 0.016}, std::tuple{disc, disc_volume, 0.03},
-        std::tuple{ball, ball_volume, 0.032}}) {
+        std::tuple{ball, ball_volume, 0.032}, std::tuple{torus, torus_volume, 0.03}}) {
     const auto linear = volume_errors(shape, 1, size, exact);
     const auto quadratic = volume_errors(shape, 2, size, exact);
     EXPECT_GT(linear[0] / linear[1], 3) << shape.family;

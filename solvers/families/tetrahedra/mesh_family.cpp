@@ -13,8 +13,9 @@ mesh::MeshResult mesh_family(const mesh::GeneratedShape& shape, const mesh::Mesh
     std::string_view name;
     decltype(Family::mesh) mesh;
   };
-  constexpr std::array<ByGmsh, 4> by_gmsh = {{{"sphere", mesh_sphere},
+  constexpr std::array<ByGmsh, 5> by_gmsh = {{{"sphere", mesh_sphere},
                                               {"pebble", mesh_pebble},
+                                              {"cone", mesh_cone},
                                               {"turned", mesh_turned},
                                               {"wrench", mesh_wrench}}};
   for (const ByGmsh& made : by_gmsh) {

@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "core/error.hpp"
+#include "solvers/families/cone.hpp"
 #include "solvers/families/family.hpp"
 #include "solvers/families/polygon_meridian.hpp"
 #include "solvers/families/revolve.hpp"
@@ -45,6 +46,10 @@ mesh::MeshResult mesh_turned(const mesh::GeneratedShape& shape, const mesh::Mesh
       if (attempt == tries) throw;
     }
   }
+}
+
+mesh::MeshResult mesh_cone(const mesh::GeneratedShape& shape, const mesh::MeshOptions& options) {
+  return mesh_turned({"turned", {}, cone_profile(shape)}, options);
 }
 
 }  // namespace carillon::solvers::families
