@@ -225,7 +225,11 @@ class Models(FolderTest):
             report = json.loads(subprocess.run(["node", "-e", VALIDATE, path], cwd=self.folder,
                                                capture_output=True, check=True).stdout)
             self.assertEqual(report["info"]["version"], "2.0")
-            self.assertEqual(report["issues"]["messages"], [], path)
+            # The validator does not know the extension, nor what of the file is for it alone.
+            of_extension = ("UNSUPPORTED_EXTENSION", "UNUSED_OBJECT")
+            rest = [message for message in report["issues"]["messages"]
+                    if message["severity"] < 2 or message["code"] not in of_extension]
+            self.assertEqual(rest, [], path)
 
     def test_says_what_is_wrong(self):
         for arguments, said in ((("--modes", "3"), "material"), (("--amplitude", "0"), "amplitude"),
