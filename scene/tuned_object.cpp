@@ -16,13 +16,13 @@ namespace {
 void check_tuning(const ObjectRequest& request, const Tuning& tuning) {
   const solvers::modes::Band& band = request.solve.band;
   if (!(tuning.frequency > 0) || !std::isfinite(tuning.frequency)) {
-    throw core::InputError(fmt::format("an object is tuned to a frequency, not to {} Hz",
-                                       tuning.frequency));
+    throw core::InputError(
+        fmt::format("an object is tuned to a frequency, not to {} Hz", tuning.frequency));
   }
   if (tuning.mode < 1 || tuning.mode > band.max_modes) {
-    throw core::InputError(fmt::format("mode {} is none of the {} that are asked for", tuning.mode,
-                                       band.max_modes),
-                           "modes count from 1, the lowest; max_modes bounds them");
+    throw core::InputError(
+        fmt::format("mode {} is none of the {} that are asked for", tuning.mode, band.max_modes),
+        "modes count from 1, the lowest; max_modes bounds them");
   }
   if (tuning.frequency < band.min_frequency || tuning.frequency > band.max_frequency) {
     throw core::InputError(
@@ -65,8 +65,8 @@ double frequency_before(ObjectRequest probe, int mode, MPI_Comm comm,
       return found.modes.frequency(static_cast<std::size_t>(mode - 1));
     }
   }
-  throw core::InputError(fmt::format("no mode {} was found up to {:.3g} Hz, to tune the object by",
-                                     mode, top / 4));
+  throw core::InputError(
+      fmt::format("no mode {} was found up to {:.3g} Hz, to tune the object by", mode, top / 4));
 }
 
 /// An object in another size, its mesh too.
@@ -99,11 +99,14 @@ SolvedObject solve_tuned(const ObjectRequest& request, const Tuning& tuning, MPI
     SolvedObject object = solve_object(untuned, comm, cache);
     trace.merge(object.trace);
     if (object.modes.size() < static_cast<std::size_t>(tuning.mode)) {
-      throw core::SolverError(fmt::format("mode {}, to tune the object by, was found by a first "
-                                          "solve and not by the second", tuning.mode));
+      throw core::SolverError(
+          fmt::format("mode {}, to tune the object by, was found by a first "
+                      "solve and not by the second",
+                      tuning.mode));
     }
     size = object.modes.frequency(static_cast<std::size_t>(tuning.mode - 1)) / tuning.frequency;
-    const bool reaches = untuned.solve.band.max_frequency >= size * request.solve.band.max_frequency;
+    const bool reaches =
+        untuned.solve.band.max_frequency >= size * request.solve.band.max_frequency;
     if (!reaches && attempt < tries) continue;
     scale_object(object, size);
     object.modes = solvers::modes::restrict_to(object.modes, request.solve.band);

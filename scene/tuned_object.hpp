@@ -15,9 +15,9 @@ struct Tuning {
 
 /// solve_object() of an object of the request's proportions in another size: every length is
 /// multiplied by the one factor (SolvedObject::size) that brings a mode to a pitch. The modes are
-/// solved at the request's size, up to where the band then lies, and rescale() is exact: the mode is
-/// at the pitch as exactly as numbers are, and as accurate as the solve. Which band that is follows
-/// from a first solve of the lowest modes alone, without a pitch target.
+/// solved at the request's size, up to where the band then lies, and rescale() is exact: the mode
+/// is at the pitch as exactly as numbers are, and as accurate as the solve. Which band that is
+/// follows from a first solve of the lowest modes alone, without a pitch target.
 /// @throws InputError  a pitch outside the band, fewer modes than asked for, the tuned object
 ///                     outside 1 mm to 10 m; and as solve_object()
 /// @note Collective on comm.

@@ -33,10 +33,10 @@ solvers::modes::Modes modes_of(const solvers::mesh::GeneratedShape& shape,
 TEST(Torus, BendsAsASlenderRing) {
   constexpr double ring = 0.1, tube = 0.001;
   const auto& material = test::steel;
-  const double unit = std::sqrt(material.youngs_modulus / material.density) * tube / 2 /
-                      (ring * ring) / (2 * pi);
-  const auto modes = modes_of({"torus", {{"ring_radius", ring}, {"tube_radius", tube}}, {}},
-                              material, 16 * unit);
+  const double unit =
+      std::sqrt(material.youngs_modulus / material.density) * tube / 2 / (ring * ring) / (2 * pi);
+  const auto modes =
+      modes_of({"torus", {{"ring_radius", ring}, {"tube_radius", tube}}, {}}, material, 16 * unit);
   ASSERT_EQ(modes.size(), 12u);  // pairs, n = 2, 3, 4, in the plane and out of it
   for (int n = 2; n <= 4; ++n) {
     const auto pair = static_cast<std::size_t>(4 * (n - 2));
@@ -95,11 +95,11 @@ TEST(Cone, HasVolumeCentroidAndInertia) {
     const solvers::mesh::GeneratedShape shape{
         "cone", {{"radius", radius}, {"top_radius", top}, {"height", height}}, {}};
     const double volume = pi * height / 3 * (radius * radius + radius * top + top * top);
-    const auto size = solvers::mesh::measure(solvers::families::find_family("cone").meridian(shape));
+    const auto size =
+        solvers::mesh::measure(solvers::families::find_family("cone").meridian(shape));
     EXPECT_NEAR(size.volume / volume, 1, 1e-9);
     EXPECT_NEAR(solvers::families::extent_of(shape).longest_side, height, 1e-12);
-    const double centroid = height / 4 *
-                            (radius * radius + 2 * radius * top + 3 * top * top) /
+    const double centroid = height / 4 * (radius * radius + 2 * radius * top + 3 * top * top) /
                             (radius * radius + radius * top + top * top);
     double fifth = 0;  // R^4 + R^3 r + ... + r^4
     for (int k = 0; k <= 4; ++k) fifth += std::pow(radius, 4 - k) * std::pow(top, k);
