@@ -118,8 +118,8 @@ void add_estimate(Program& program, Context& context) {
                  "WAV file of the estimate, as long and as loud as the recording");
   command.footer(
       "Examples:\n"
-      "  carillon strike bowl -m glass --at 0.06,0,0.05 -o bowl.wav\n"
-      "  carillon estimate bowl.wav bowl --at 0.06,0,0.05 --poisson-ratio 0.2 --density 2600\n"
+      "  carillon strike bowl -m glass --at 0.08,0,0.05 -o bowl.wav\n"
+      "  carillon estimate bowl.wav bowl --at 0.08,0,0.05 --poisson-ratio 0.2 --density 2600\n"
       "  carillon estimate plate.wav plate.obj --at 5,2,0cm -m ceramic --heard acceleration "
       "--model hybrid -o again.wav");
   command.does([&context, options] { run_estimate(*options, context); });

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "core/error.hpp"
@@ -16,8 +17,7 @@ core::RandomStream strike_places(std::uint64_t seed, std::uint64_t place) {
 
 synth::modal::SurfacePoint nearest_point(const synth::modal::SurfaceSampler& sampler,
                                          const solvers::modes::ModeSurface& surface,
-                                         const Vec3& position) {
-  constexpr double allowed = 0.1;  // of the longest side
+                                         const Vec3& position, double tolerance) {
   const synth::modal::SurfacePoint point = sampler.nearest(position);
   const Vec3 nearest = synth::modal::frame_at(surface, point).position;
   const double distance = (nearest - position).norm();
@@ -26,9 +26,11 @@ synth::modal::SurfacePoint nearest_point(const synth::modal::SurfaceSampler& sam
     low = low.cwiseMin(node);
     high = high.cwiseMax(node);
   }
-  if (distance <= allowed * (high - low).maxCoeff()) return point;
+  if (distance <= tolerance * (high - low).maxCoeff()) return point;
   const auto text = [](const Vec3& at) {
-    return fmt::format("({:.4g}, {:.4g}, {:.4g}) m", at.x(), at.y(), at.z());
+    const auto rounded = [](double x) { return std::abs(x) < 1e-9 ? 0.0 : x; };
+    return fmt::format("({:.4g}, {:.4g}, {:.4g}) m", rounded(at.x()), rounded(at.y()),
+                       rounded(at.z()));
   };
   throw core::InputError(
       fmt::format("the point struck, {}, is {:.4g} m off the object; the nearest on it is {}",
@@ -42,8 +44,8 @@ void draw_strike(const StrikeConfig& strikes, const solvers::modes::ModeSurface&
                  const KnownStrike& known, Sound& sound) {
   synth::modal::Strike& strike = sound.strike;
   core::RandomStream place = strike_places(draw.seed, draw.place);
-  strike.point =
-      known.position ? nearest_point(sampler, surface, *known.position) : sampler.sample(place);
+  strike.point = known.position ? nearest_point(sampler, surface, *known.position, known.tolerance)
+                                : sampler.sample(place);
   const Vec3 inward = -synth::modal::frame_at(surface, strike.point).normal;
   strike.direction = known.direction
                          ? *known.direction

@@ -14,6 +14,9 @@ namespace carillon::scene {
 inline constexpr const char* default_impulse = "0.02 N s";
 inline constexpr const char* default_contact_time = "0.2 ms";
 
+/// How far off an object a point may be that is meant to be struck, over its longest side.
+inline constexpr double usual_tolerance = 0.1;
+
 /// What of a strike is given rather than drawn, in the object's coordinates.
 struct KnownStrike {
   std::optional<Vec3> position;        ///< [m]; nearest_point() is struck
@@ -22,6 +25,7 @@ struct KnownStrike {
   std::optional<double> contact_time;  ///< [s]
   /// Over time, for an impulse of 1 N s; in place of both.
   std::optional<synth::modal::ContactForce> force = {};
+  double tolerance = usual_tolerance;  ///< of the position, over the longest side
 };
 
 /// Whose random values a strike has: equal numbers under one seed draw equal values.
@@ -35,11 +39,12 @@ struct StrikeDraw {
 core::RandomStream strike_places(std::uint64_t seed, std::uint64_t place = 0);
 
 /// The point of an object that is struck where a place is named: the surface's nearest.
-/// @param position  [m], at most a tenth of the object's longest side off the surface
+/// @param position  [m]
+/// @param tolerance  how far it may be off the surface, over the object's longest side
 /// @throws InputError  farther off; names the nearest point and the distance
 synth::modal::SurfacePoint nearest_point(const synth::modal::SurfaceSampler& sampler,
                                          const solvers::modes::ModeSurface& surface,
-                                         const Vec3& position);
+                                         const Vec3& position, double tolerance = usual_tolerance);
 
 /// Draws a strike on a sound's object as a scene says: point by area, direction, impulse and
 /// contact time.

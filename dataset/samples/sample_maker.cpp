@@ -59,7 +59,10 @@ struct SampleMaker::Impl {
     scene::KnownStrike known;
     if (!strikes.given.empty()) {
       const scene::GivenStrike& given = strikes.given[static_cast<std::size_t>(sample.strike)];
-      known = {given.position, given.direction, given.impulse, given.contact_time};
+      // A point for every shape lies on none of them, but it is not in other units either.
+      const bool for_all = given.shape.empty() || given.shape == "*";
+      known = {given.position, given.direction, given.impulse, given.contact_time,
+               for_all ? 1.0 : scene::usual_tolerance};
     }
     const scene::StrikeDraw draw{
         .seed = config.seed,

@@ -167,10 +167,10 @@ class Sounds(ModuleTest):
 
     def test_a_strike_is_the_command_lines(self):
         from_program = self.folder / "program.wav"
-        known = run_json("strike", "bowl", "-m", "ceramic", *OPTIONS, "--at", "0.05,0,0.03", "--seconds", "0.4 s",
+        known = run_json("strike", "bowl", "-m", "ceramic", *OPTIONS, "--at", "0.06,0,0.02", "--seconds", "0.4 s",
                          "--listener", "0,0,1", "--set", "room.dimensions=[5, 4, 3]", "--set", "room.rt60=0.6",
                          "-o", from_program, "--cache", "")
-        sound = self.modes.strike((0.05, 0, 0.03), seconds=0.4, listeners=[(0, 0, 1)],
+        sound = self.modes.strike((0.06, 0, 0.02), seconds=0.4, listeners=[(0, 0, 1)],
                                   room={"dimensions": [5, 4, 3], "rt60": 0.6})
         sound.save(self.folder / "module.wav")
         self.assertEqual((self.folder / "module.wav").read_bytes(), from_program.read_bytes())
@@ -181,7 +181,7 @@ class Sounds(ModuleTest):
         self.assertEqual((sound.shape, sound.dtype, sound.rate, sound.unit), ((17640,), numpy.float32, 44100, "Pa"))
 
     def test_features_fits_comparisons_and_estimates_are_the_command_lines(self):
-        at = (0.05, 0, 0.03)
+        at = (0.06, 0, 0.02)
         one, two = self.modes.strike(at), self.modes.strike(at, contact_time="0.4 ms", impulse="0.01 N s")
         one.save(self.folder / "one.wav")
         two.save(self.folder / "two.wav")
@@ -201,7 +201,7 @@ class Sounds(ModuleTest):
         self.assertEqual(comparison.document["jnd"], known["jnd"])
         self.assertEqual(comparison.matched, known["matched"])
         estimate = ca.estimate(one, ca.shape("bowl"), at, poisson_ratio=0.2, density=2700, **BAND)
-        known = run_json("estimate", self.folder / "one.wav", "bowl", "--at", "0.05,0,0.03", "--poisson-ratio", "0.2",
+        known = run_json("estimate", self.folder / "one.wav", "bowl", "--at", "0.06,0,0.02", "--poisson-ratio", "0.2",
                          "--density", "2700", *OPTIONS, "--cache", "")
         self.assertEqual(estimate.specific_modulus, known["specific_modulus_m2_per_s2"])
         self.assertEqual(estimate.youngs_modulus, known["youngs_modulus_pa"])
@@ -253,7 +253,7 @@ class Sounds(ModuleTest):
                 wrong.save(self.folder / "wrong.wav")
 
     def test_whole_numbers_are_parts_of_full_scale(self):
-        sound = self.modes.strike((0.05, 0, 0.03))
+        sound = self.modes.strike((0.06, 0, 0.02))
         sound /= numpy.abs(sound).max() / 0.9
         floats, words = ca.features(sound), ca.features(numpy.round(sound * 32768).astype(numpy.int16), 44100)
         self.assertAlmostEqual(words.amplitudes.max() / floats.amplitudes.max(), 1, places=2)
@@ -262,7 +262,7 @@ class Sounds(ModuleTest):
                 ca.features(wrong, 44100)
 
     def test_what_is_shown_is_short(self):
-        sound = self.modes.strike((0.05, 0, 0.03))
+        sound = self.modes.strike((0.06, 0, 0.02))
         for made in (ca.features(sound), ca.fit(ca.features(sound)), ca.compare(sound, sound), ca.plan(BARS)):
             self.assertLess(len(repr(made)), 5000, type(made))
 
