@@ -5,10 +5,9 @@ import os
 import unittest
 
 import h5py
-import numpy
-
 import mesh_files
-from program import CARILLON, FolderTest, run, run_json
+import numpy
+from program import FolderTest, run, run_json
 
 SIDES = numpy.array([0.12, 0.05, 0.02])
 SOLVE = ("--material", "steel", "--order", "2")
@@ -196,7 +195,7 @@ class Datasets(FolderTest):
 
     def test_twenty_files_are_a_dataset_by_one_command(self):
         self.meshes(self.folder / "meshes", 20)
-        output, answer = self.build(
+        output, _ = self.build(
             "each", '  - {glob: "meshes/**/*.glb", nodes: each, materials: [steel]}')
         with h5py.File(output / "index.h5") as index:
             shapes = set(index["shape"].asstr()[:])
