@@ -61,8 +61,11 @@ struct SampleMaker::Impl {
       const scene::GivenStrike& given = strikes.given[static_cast<std::size_t>(sample.strike)];
       // A point for every shape lies on none of them, but it is not in other units either.
       const bool for_all = given.shape.empty() || given.shape == "*";
-      known = {given.position, given.direction, given.impulse, given.contact_time,
-               for_all ? 1.0 : scene::usual_tolerance};
+      known = {.position = given.position,
+               .direction = given.direction,
+               .impulse = given.impulse,
+               .contact_time = given.contact_time,
+               .tolerance = for_all ? 1.0 : scene::usual_tolerance};
     }
     const scene::StrikeDraw draw{
         .seed = config.seed,
