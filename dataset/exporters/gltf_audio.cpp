@@ -47,6 +47,9 @@ SamplePoints sample_points(const solvers::modes::ModeSurface& surface, AudioPoin
   return samples;
 }
 
+/// A contact that is neither soft nor hard [s].
+constexpr double usual_contact_time = 0.5e-3;
+
 /// How loud a mode is, as gltf_audio() orders them.
 double loudness(const solvers::mesh::SurfaceMesh& surface, const Eigen::VectorXd& shape,
                 double omega, double decay_rate) {
@@ -61,7 +64,8 @@ double loudness(const solvers::mesh::SurfaceMesh& surface, const Eigen::VectorXd
     all += size * mean.squaredNorm();
     normal += std::pow(mean.dot(area), 2) / size;
   }
-  return all * normal * omega * omega / std::max(decay_rate, 1e-3);
+  const double pulse = 1 / (1 + std::pow(omega * usual_contact_time / std::numbers::pi, 2));
+  return all * normal * std::pow(omega * pulse, 2) / std::max(decay_rate, 1e-3);
 }
 
 ordered_json material_of(std::span<const synth::material::Material> materials) {
