@@ -30,18 +30,39 @@ void print_pitch_errors(const std::vector<double>& errors) {
              worst - errors.begin() + 1, core::median(errors));
 }
 
+/// How the modes were found, and how well.
+void print_solve(const scene::SolvedObject& object) {
+  const solvers::modes::Certificate& certificate = object.modes.certificate;
+  const bool about_axis = !object.modes.shapes.harmonics().empty();
+  fmt::print("\n{} of the {} modes in the band{}; complete to {:.1f} Hz\n", certificate.modes_found,
+             certificate.modes_in_band,
+             certificate.count_verified ? "" : " that were seen (not counted by inertia)",
+             certificate.complete_to_hz);
+  fmt::print("{} rigid modes of {} component{}; worst residual {:.1e}\n", certificate.rigid_modes,
+             certificate.components, certificate.components == 1 ? "" : "s",
+             certificate.max_residual);
+  if (!object.modes.pitch_errors.empty()) print_pitch_errors(object.modes.pitch_errors);
+  const std::string size =
+      about_axis ? fmt::format("{} unknowns to a harmonic", certificate.unknowns)
+                 : fmt::format("{} elements, {} unknowns{}", object.mesh.quality.elements,
+                               certificate.unknowns, planes_text(certificate.mirror_planes));
+  fmt::print("{} solver ({}): {}, mass {:.4g} kg\n", scene::name_of(object.solver.solver),
+             object.solver.reason, size, object.modes.mass);
+}
+
 void print_table(const scene::SolvedObject& object, const synth::damping::DecayRates& damping,
                  const Command& command) {
   const std::vector<int> harmonics = object.modes.shapes.harmonics();
   const bool estimated = !object.modes.pitch_errors.empty();
+  const bool is_solved = object.modes.given_decay_rates.empty();
   fmt::print("{:>5} {:>14} {}{:>14} {:>10} {:>10}{}\n", "mode", "frequency [Hz]",
              estimated ? "error [cent] " : "", "decay [1/s]", "T60 [s]", "residual",
              harmonics.empty() ? "" : " harmonic");
   for (std::size_t i = 0; i < object.modes.size(); ++i) {
-    fmt::print("{:>5} {:>14.4f} {}{:>14.4f} {:>10.3g} {:>10.1e}{}\n", i + 1,
-               object.modes.frequency(i),
+    fmt::print("{:>5} {:>14.4f} {}{:>14.4f} {:>10.3g} {:>10}{}\n", i + 1, object.modes.frequency(i),
                estimated ? fmt::format("{:>12.2g} ", object.modes.pitch_errors[i]) : "",
-               damping.values[i], synth::modal::t60(damping.values[i]), object.modes.residuals[i],
+               damping.values[i], synth::modal::t60(damping.values[i]),
+               is_solved ? fmt::format("{:.1e}", object.modes.residuals[i]) : "-",
                harmonics.empty() ? "" : fmt::format(" {:>8}", harmonics[i]));
   }
   if (object.modes.size() == 0) fmt::print("{}\n", command.in_options(scene::why_no_mode(object)));
@@ -50,22 +71,12 @@ void print_table(const scene::SolvedObject& object, const synth::damping::DecayR
                synth::damping::describe_negative(object.modes, scene::damping_of(object.materials),
                                                  damping.negative));
   }
-  const solvers::modes::Certificate& certificate = object.modes.certificate;
-  fmt::print("\n{} of the {} modes in the band{}; complete to {:.1f} Hz\n", certificate.modes_found,
-             certificate.modes_in_band,
-             certificate.count_verified ? "" : " that were seen (not counted by inertia)",
-             certificate.complete_to_hz);
-  fmt::print("{} rigid modes of {} component{}; worst residual {:.1e}\n", certificate.rigid_modes,
-             certificate.components, certificate.components == 1 ? "" : "s",
-             certificate.max_residual);
-  if (estimated) print_pitch_errors(object.modes.pitch_errors);
-  const std::string size =
-      !harmonics.empty()
-          ? fmt::format("{} unknowns to a harmonic", certificate.unknowns)
-          : fmt::format("{} elements, {} unknowns{}", object.mesh.quality.elements,
-                        certificate.unknowns, planes_text(certificate.mirror_planes));
-  fmt::print("{} solver ({}): {}, mass {:.4g} kg\n", scene::name_of(object.solver.solver),
-             object.solver.reason, size, object.modes.mass);
+  if (is_solved) {
+    print_solve(object);
+  } else {
+    fmt::print("\n{} modes that the file brought along, mass {:.4g} kg; nothing was solved\n",
+               object.modes.size(), object.modes.mass);
+  }
   if (const auto& quality = object.mesh.quality; std::isfinite(quality.hausdorff)) {
     fmt::print(
         "surface kept within {:.4f} mm, area {:+.4f} %, volume {:+.4f} % after "

@@ -62,6 +62,7 @@ nlohmann::json to_json(const SolvedObject& object, const synth::damping::DecayRa
       {"materials", materials},
       {"mass_kg", object.modes.mass},
       {"timing", timing}};
+  if (!object.modes.given_decay_rates.empty()) out["certificate"] = nullptr;  // nothing was solved
   if (object.solver.solver == ObjectSolver::tetrahedra) {
     out["mesh"] = solvers::mesh::to_json(object.mesh.quality);
     out["repair"] = solvers::mesh::to_json(object.mesh.repair);
