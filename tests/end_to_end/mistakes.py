@@ -53,7 +53,7 @@ COMMANDS = (
     Row("a word too many", "plan small.yaml other.yaml", ('"other.yaml": one word more than carillon plan takes',)),
     Row("two datasets", "check small small", ('"small": one word more',)),
     Row("no mesh", "modes -m steel", ("mesh is required", "carillon modes --help")),
-    Row("no material", "modes bar", ("--material is required",)),
+    Row("no material", "modes bar", ("no material of bar is given", "add -m NAME")),
     Row("no output", "strike bar -m steel", ("--output is required",)),
     Row("a word of no set", "modes bar -m steel --solver tetrahedral",
         ('--solver: "tetrahedral" is none of automatic, tetrahedra, axisymmetric', "did you mean tetrahedra?")),
@@ -130,7 +130,7 @@ NAMES = (
 PATHS = (
     Row("no such mesh", "modes not/there.obj -m steel", ("not/there.obj: no such file",)),
     Row("a folder for a mesh", "modes folder -m steel", ("folder", "is a folder, and a mesh is wanted")),
-    Row("a picture for a mesh", "modes picture.png -m steel", ('unknown kind of mesh file ".png"', ".obj, .off, .ply and .stl")),
+    Row("a picture for a mesh", "modes picture.png -m steel", (".png is no kind of mesh file", ".obj, .off, .ply, .stl")),
     Row("an empty mesh", "modes empty.stl -m steel", ("empty.stl",)),
     Row("no such recording", "features missing.wav", ("missing.wav: no such file",)),
     Row("a folder for a recording", "features folder", ("folder is a folder", "a recording is wanted")),
