@@ -106,6 +106,7 @@ inline constexpr const char* scene_fragment = R"(
 in vec3 world_position;
 in vec3 world_normal;
 in vec3 face_position;
+in vec3 own_colour;
 uniform int detail;          // 0: none, 1: normal map, 2: relief
 uniform mat3 world_from_face;
 uniform vec2 face_size;

@@ -106,6 +106,18 @@ TEST(Frame, AutomaticDistanceFitsTheBodyWhateverItsSizeAndPlace) {
   }
 }
 
+TEST(Frame, ColoursOfVerticesTakeTheAppearancesPlace) {
+  const solvers::mesh::SurfaceMesh ball = sphere(0.05, 48);
+  Appearance painted = black;
+  painted.roughness = 0.5;
+  painted.colours.assign(ball.vertices.size(), {0.3, 0.5, 0.1});
+  const Appearance plain{{0.3, 0.5, 0.1}, 0.5, 0};
+  const Camera camera{.width = 64, .height = 64};
+  EXPECT_EQ(render_frame(ball, camera, painted).pixels, render_frame(ball, camera, plain).pixels);
+  painted.colours.pop_back();
+  EXPECT_THROW(render_frame(ball, camera, painted), core::InputError);
+}
+
 TEST(Frame, IsLitFromTheUpperLeft) {
   Camera camera;
   const core::Image image = render_frame(sphere(1, 96), camera, Appearance{});

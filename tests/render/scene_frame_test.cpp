@@ -83,6 +83,24 @@ TEST(SceneFrame, MaskOfASphereIsItsDiscAndItsDepthTheClosedForm) {
 
 // The shadow of a ball lies where the light's rays through its middle meet the ground, and is an
 // ellipse of its radius and of its radius over the sine of the light's elevation.
+TEST(SceneFrame, ColoursOfVerticesStandWhereTheyAre) {
+  Scene scene;
+  scene.camera = {.width = 121, .height = 121, .eye = {0.6, 0, 0}, .target = {0, 0, 0}};
+  SceneBody ball{sphere(0.05, 96), {}, {}, {}};
+  // Red above, green below.
+  for (const Vec3& v : ball.mesh.vertices)
+    ball.appearance.colours.emplace_back(v.z() > 0 ? Vec3(0.8, 0, 0) : Vec3(0, 0.8, 0));
+  scene.bodies.push_back(ball);
+  const core::Image picture = draw(scene, {{}}).color;
+  const auto channel = [&](int column, int row, std::size_t k) {
+    return int{picture.pixels[std::size_t(row * picture.width + column) * 3 + k]};
+  };
+  EXPECT_GT(channel(60, 52, 0), channel(60, 52, 1) + 40);
+  EXPECT_GT(channel(60, 68, 1), channel(60, 68, 0) + 40);
+  scene.bodies[0].appearance.colours.pop_back();
+  EXPECT_THROW(draw(scene, {{}}), core::InputError);
+}
+
 TEST(SceneFrame, ShadowOfABallLiesWhereTheLightPutsIt) {
   Scene scene = ball_over_ground();
   scene.camera = {.width = 300,

@@ -244,7 +244,8 @@ bool is_of_an_effect(const core::ColumnRule& rule) {
   for (const char* other : {"always", "struck", "mel", "motion", "touch", "movie"}) {
     if (when == other) return false;
   }
-  return name != "depth" && name != "masks";  // of a movie
+  // Of a movie; of a manifest.
+  return name != "depth" && name != "masks" && name != "label_";
 }
 
 TEST(Effects, RecordEveryColumnThatIsTheirs) {
