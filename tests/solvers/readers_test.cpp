@@ -134,9 +134,13 @@ TEST(ReadSurface, GivesTheSameCubeFromEveryFormat) {
 
 TEST(ReadSurface, RefusesUnknownEndingsAndMissingFiles) {
   const core::TemporaryFolder folder;
-  const std::string path = test::written(folder, "cube.3ds", "x");
-  EXPECT_NE(message_of<InputError>([&] { mesh::readers::read_surface(path); }).find(".obj"),
-            std::string::npos);
+  const auto refusal = [&](const char* name) {
+    const std::string path = test::written(folder, name, "x");
+    return message_of<InputError>([&] { mesh::readers::read_surface(path); });
+  };
+  EXPECT_NE(refusal("cube.unknown").find(".obj"), std::string::npos);
+  EXPECT_NE(refusal("cube.3ds").find("export as glTF"), std::string::npos);
+  EXPECT_NE(refusal("cube.glb").find("no triangles of its own"), std::string::npos);
   EXPECT_THROW(mesh::readers::read_surface((folder.path() / "none.obj").string()), core::FileError);
   const std::string points = test::written(folder, "points.obj", "v 0 0 0\n");
   EXPECT_NE(message_of<InputError>([&] { mesh::readers::read_surface(points); }).find("no faces"),
