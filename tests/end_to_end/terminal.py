@@ -175,7 +175,13 @@ class Interrupted(FolderTest):
             out, err = self.interrupt(process, ranks)
             if ranks is None:
                 self.assertRegex(out + err, re.compile("same command|run .*again"))
-            self.assertEqual(list(output.rglob(".*.tmp*")), [])
+            # A shard that was being written is not kept; what is left of it goes when the build goes on.
+            left = list(output.rglob(".*.tmp*"))
+            self.assertLessEqual(len(left), ranks or 1)
+            process = self.start("build", str(config), "-o", str(output), ranks=ranks)
+            self.assertTrue(wait_for(lambda left=left: not any(path.exists() for path in left), 60))
+            time.sleep(1)
+            self.interrupt(process, ranks)
 
 
 if __name__ == "__main__":
