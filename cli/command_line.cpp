@@ -265,7 +265,7 @@ std::string Command::in_options(const std::string& message) const {
       // A value ends where the sentence goes on; a unit may follow it. A message that begins so
       // speaks of the thing itself, and one that lists units of none.
       const std::regex setting(fmt::format(
-          R"(([ (]){}: (?:([-+.0-9e]+) ?([A-Za-z]*)|(true|false|mm|cm|m|inch|um|km)\b(?!,)))",
+          R"(([ (]){}: (?:([-+.0-9e]+) ?([A-Za-z]*)|(true|false|mm|cm|m|inch|um|km)\b(?!, (?:cm|m)\b)))",
           key));
       text = std::regex_replace(text, setting,
                                 fmt::format("$1{}{}", name, option.takes_value ? " $2$3$4" : ""));

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <map>
 
 #include "core/error.hpp"
@@ -79,8 +80,12 @@ std::vector<FoundFile> find_files(const std::vector<std::string>& paths) {
   for (const std::string& path : paths) {
     files.push_back({{path, "", {}, {}, ""}, {}});
     FoundMesh& found = files.back().whole;
+    // What is not there costs its own task, of a manifest's row; what is there is read, or said at
+    // once.
+    std::error_code missing;
+    if (!std::filesystem::exists(path, missing)) continue;
+    found.sha256 = mesh_sha256(path);
     try {
-      found.sha256 = mesh_sha256(path);
       const bool here = readers::mesh_extension(path) == ".msh" ? !readers::is_old_msh(path)
                                                                 : !readers::has_nodes(path);
       if (here) {

@@ -17,6 +17,7 @@ struct FoundFile {
 /// Reads mesh files once for all that a plan needs of them; scenes and CAD files all in one process
 /// of the mesher's. What is no mesh has a hash and no more, what is not there not even that: its
 /// task will say why.
+/// @throws FileError     a file that is there cannot be read
 /// @throws StorageError  the mesher cannot be started
 std::vector<FoundFile> find_files(const std::vector<std::string>& paths);
 
