@@ -55,7 +55,10 @@ std::string solve_key(const configuration::BuildConfig& config, const plan::Shap
 
 SharedKeys SharedWork::keys(const configuration::BuildConfig& config, const plan::Shape& shape) {
   std::string& mesh = mesh_keys_[solvers::mesh::to_json(shape.request).dump()];
-  if (mesh.empty()) mesh = solvers::mesher::mesh_key(shape.request);
+  if (mesh.empty()) {
+    const bool is_there = shape.path.empty() || !shape.sha256.empty();
+    mesh = is_there ? solvers::mesher::mesh_key(shape.request) : "missing " + shape.path;
+  }
   const solvers::mesher::ChildLimits& limits = config.limits.mesh;
   return {mesh, solve_key(config, shape, mesh),
           fmt::format(" within {} {}", limits.seconds, limits.memory)};
