@@ -75,7 +75,9 @@ class Completion(unittest.TestCase):
 
     def test_words_that_an_option_takes(self):
         self.assertEqual(self.complete("export", "set", "--format", "''"), {"lhotse", "wav", "webdataset"})
-        self.assertEqual(self.complete("strike", "bowl", "-m", "gla"), {"glass"})
+        glasses = self.complete("strike", "bowl", "-m", "gla")
+        self.assertIn("glass", glasses)
+        self.assertTrue(all(name.startswith("gla") for name in glasses), glasses)
         self.assertEqual(self.complete("list", "sh"), {"shapes"})
         self.assertLessEqual({"bowl", "box"}, self.complete("modes", "bo"))
         self.assertIn("configs", self.complete("build", "confi"))
@@ -94,7 +96,7 @@ class Completion(unittest.TestCase):
         for name in commands():
             self.assertRegex(fish, rf"(?m)^complete -c carillon -n __fish_use_subcommand -f -a {name} ")
         if shutil.which("fish"):
-            for typed, meant in (("str", "strike"), ("strike bowl -m gla", "glass"),
+            for typed, meant in (("str", "strike"), ("strike bowl -m cera", "ceramic"),
                                  ("export set --format webd", "webdataset")):
                 told = subprocess.run(["fish", "-c", fish + f"\ncomplete -C 'carillon {typed}'"],
                                       capture_output=True, text=True)
@@ -124,7 +126,7 @@ class Manual(unittest.TestCase):
         done = subprocess.run(["groff", "-man", "-ww", "-Tutf8"], input=page, text=True,
                               capture_output=True)
         self.assertEqual(done.stderr, "")
-        self.assertIn("\n         carillon strike bell --material iron -o bell.wav\n", done.stdout)
+        self.assertIn("\n         carillon strike bell -o bell.wav\n", done.stdout)
 
 
 class Help(unittest.TestCase):
