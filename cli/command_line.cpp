@@ -11,7 +11,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "core/units.hpp"
+#include "core/did_you_mean.hpp"
 
 namespace carillon::cli {
 
@@ -34,10 +34,6 @@ OptionText text_of(const CLI::Option& option) {
   text.choices = choices_in(option.get_type_name());
   text.takes_value = option.get_items_expected_min() > 0;
   return text;
-}
-
-std::string did_you_mean(const std::string& near) {
-  return near.empty() ? "" : fmt::format("; did you mean {}?", near);
 }
 
 /// The command that a command line names, or the program itself.
@@ -79,14 +75,14 @@ std::string complaint_about(const std::string& word, CLI::App& program) {
       }
     }
     return fmt::format("{}: {} has no such option{}", name, full_name(program, command),
-                       did_you_mean(core::nearest_name(name, known)));
+                       core::did_you_mean(name, known));
   }
   if (&command != &program) {
     return fmt::format("\"{}\": one word more than {} takes", word, full_name(program, command));
   }
   std::vector<std::string> known;
   for (const CLI::App* one : program.get_subcommands({})) known.push_back(one->get_name());
-  return fmt::format("\"{}\" is no command{}", word, did_you_mean(core::nearest_name(word, known)));
+  return fmt::format("\"{}\" is no command{}", word, core::did_you_mean(word, known));
 }
 
 /// The option that CLI11's message begins with, or null.
@@ -164,7 +160,7 @@ Option& Option::one_of(const std::vector<std::string>& words) {
   const auto complain = [words](const std::string& word) -> std::string {
     if (std::find(words.begin(), words.end(), word) != words.end()) return "";
     return fmt::format("\"{}\" is none of {}{}", word, fmt::join(words, ", "),
-                       did_you_mean(core::nearest_name(word, words)));
+                       core::did_you_mean(word, words));
   };
   option_->check(CLI::Validator(complain, fmt::format("{{{}}}", fmt::join(words, ","))));
   return *this;

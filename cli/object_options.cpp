@@ -325,6 +325,13 @@ scene::ObjectRequest object_request(const ObjectOptions& options) {
 
 namespace {
 
+void tell_warnings(const scene::SolvedObject& object, const ObjectOptions& options,
+                   const Context& context) {
+  if (!context.speaks()) return;
+  for (const std::string& warning : object.warnings)
+    spdlog::warn("{}: {}", options.mesh, context.chosen->in_options(warning));
+}
+
 /// The pitch to tune to, if there is one.
 std::optional<scene::Tuning> tuning_of(const ObjectOptions& options) {
   if (options.tune.empty()) {
@@ -358,6 +365,7 @@ scene::SolvedObject solve_object(const ObjectOptions& options, const Context& co
       scene::check_size(solvers::mesh::bounding_box(object.modes.surface.nodes).longest_side(),
                         options.any_size);
     });
+    tell_warnings(object, options, context);
     return object;
   }
   scene::ObjectRequest request;
@@ -376,9 +384,7 @@ scene::SolvedObject solve_object(const ObjectOptions& options, const Context& co
                tuning->frequency, object.size,
                solvers::mesh::bounding_box(object.modes.surface.nodes).longest_side());
   }
-  if (context.speaks())
-    for (const std::string& warning : object.warnings)
-      spdlog::warn("{}: {}", options.mesh, context.chosen->in_options(warning));
+  tell_warnings(object, options, context);
   return object;
 }
 

@@ -49,14 +49,13 @@ std::vector<std::array<double, 2>> profile_from_csv(const std::string& path) {
 }
 
 bool is_profile(const std::string& path) {
-  const std::string ending = std::filesystem::path(path).extension().string();
-  return ending == ".svg" || ending == ".SVG" || ending == ".csv" || ending == ".CSV";
+  const std::string ending = solvers::mesh::readers::mesh_extension(path);
+  return ending == ".svg" || ending == ".csv";
 }
 
-std::vector<std::array<double, 2>> profile_from(const std::string& path,
-                                                const ProfileOptions& options, double length) {
-  const std::string ending = std::filesystem::path(path).extension().string();
-  if (ending == ".csv" || ending == ".CSV") return profile_from_csv(path);
+std::vector<std::array<double, 2>> profile_from_drawing(const std::string& path,
+                                                        const ProfileOptions& options,
+                                                        double length) {
   solvers::families::SvgProfileOptions svg;
   // Where the body is scaled as a whole any height will do.
   svg.height = options.height > 0 ? options.height : length;
@@ -76,7 +75,12 @@ void read_profile(ConfigNode& node, const std::string& file_name, Object& object
       options.outline = node.text("profile_id", "");
     }
     const double length = node.not_negative("length", Dimension::length, 0);
-    at_key(node, key, [&] { object.profile = profile_from(object.profile_file, options, length); });
+    // By its key: the copy that a dataset keeps has another ending.
+    at_key(node, key, [&] {
+      object.profile = std::string_view(key) == "csv"
+                           ? profile_from_csv(object.profile_file)
+                           : profile_from_drawing(object.profile_file, options, length);
+    });
     return;
   }
   for (ConfigNode& point : node.children("profile")) {
@@ -234,7 +238,9 @@ Object parse_object(const std::string& shape, const std::string& material,
     object.name = std::filesystem::path(shape).stem().string();
     object.family = "turned";
     object.profile_file = shape;
-    object.profile = profile_from(shape, profile, 0);
+    const std::string ending = solvers::mesh::readers::mesh_extension(shape);
+    object.profile =
+        ending == ".csv" ? profile_from_csv(shape) : profile_from_drawing(shape, profile, 0);
   } else if (std::filesystem::is_directory(shape)) {
     throw core::InputError(
         fmt::format("{} is {}, and a mesh is wanted", shape, core::what_is(shape).name),

@@ -154,16 +154,23 @@ std::array<double, 2> rayleigh_like(const std::vector<double>& eigenvalues,
   return {alpha, beta / top};
 }
 
+/// @param assumed  gets what the file does not say, with what stands in for it
 synth::material::Material material_of(const GltfReader& file, const ModalModel& model,
-                                      const solvers::modes::Modes& modes) {
+                                      const solvers::modes::Modes& modes,
+                                      std::vector<std::string>& assumed) {
   const json& in = model.material;
   const bool is_given = in.is_object();
   synth::material::Material material;
   material.name = is_given ? in.value("name", "unnamed") : "unnamed";
-  // What a contact of strikers needs of a material that is not told is that of a stiff one.
-  material.elastic.youngs_modulus = is_given ? in.value("youngsModulus", 7e10) : 7e10;
-  material.elastic.poisson_ratio = is_given ? in.value("poissonRatio", 0.3) : 0.3;
-  material.elastic.density = is_given ? in.value("density", 2700.0) : 2700.0;
+  // Strikers and, without massProperties, the mass need constants; those of aluminium stand in.
+  const auto constant = [&](const char* key, double otherwise) {
+    if (is_given && in.contains(key)) return in.at(key).get<double>();
+    assumed.push_back(fmt::format("{} {:g}", key, otherwise));
+    return otherwise;
+  };
+  material.elastic.youngs_modulus = constant("youngsModulus", 7e10);
+  material.elastic.poisson_ratio = constant("poissonRatio", 0.33);
+  material.elastic.density = constant("density", 2700);
   const bool has_both = is_given && in.contains("alpha") && in.contains("beta");
   const auto [alpha, beta] =
       has_both ? std::array{in.at("alpha").get<double>(), in.at("beta").get<double>()}
@@ -250,7 +257,12 @@ SolvedObject read_sounding_gltf(const std::string& path, const std::string& name
     modes.certificate.modes_found = static_cast<std::int64_t>(count);
     modes.certificate.min_frequency = modes.frequency(0);
     modes.certificate.max_frequency = modes.frequency(count - 1);
-    object.materials = {material_of(file, model, modes)};
+    std::vector<std::string> assumed;
+    object.materials = {material_of(file, model, modes, assumed)};
+    if (!assumed.empty())
+      object.warnings.push_back(fmt::format(
+          "the file does not say all of its material; for strikers{} it is taken to have {}",
+          model.mass > 0 ? "" : " and the mass", fmt::join(assumed, ", ")));
     const double volume =
         std::abs(solvers::mesh::signed_volume(solvers::modes::flatten(modes.surface)));
     modes.mass = model.mass > 0 ? model.mass * std::pow(scale, 3)

@@ -17,7 +17,8 @@ bool has_modal_model(const std::string& path);
 /// by the node's transform. Its scale, which has to be uniform, makes frequencies and shapes those
 /// of a body of that size (Zheng and James 2010, appendix E), and decay rates those of the
 /// material's alpha and beta where it has both. Decay rates are the file's own, whatever its
-/// material says. Of the certificate nothing is known: no residuals, no band.
+/// material says. Of the certificate nothing is known: no residuals, no band. Constants of the
+/// material that the file does not say are assumed, with a warning.
 /// @param node  its name; "": the only one
 /// @throws InputError  no such model, several and no name, numbers that do not fit together
 /// @throws FileError   cannot be read

@@ -118,17 +118,17 @@ TEST_F(CommandLine, WhatIsRequiredMustBeThere) {
 }
 
 TEST_F(CommandLine, SlipsAreAnsweredWithWhatIsNearest) {
-  EXPECT_EQ(refusal({"mxi", "a"}), "\"mxi\" is no command; did you mean mix?");
+  EXPECT_EQ(refusal({"mxi", "a"}), "\"mxi\" is no command; did you mean \"mix\"?");
   EXPECT_EQ(refusal({"mix", "a", "--cuont=3"}),
-            "--cuont: program mix has no such option; did you mean --count?");
+            "--cuont: program mix has no such option; did you mean \"--count\"?");
   EXPECT_EQ(refusal({"mix", "a", "--quite"}),
-            "--quite: program mix has no such option; did you mean --quiet?");
+            "--quite: program mix has no such option; did you mean \"--quiet\"?");
   EXPECT_EQ(refusal({"rest", "b"}), "\"b\": one word more than program rest takes");
   EXPECT_EQ(parse({"mix", "--cuont", "3"})->hint, "program mix --help says what it takes");
 }
 
 TEST_F(CommandLine, HelpOfACommandThatThereIsNotIsRefused) {
-  EXPECT_EQ(refusal({"mxi", "--help"}), "\"mxi\" is no command; did you mean mix?");
+  EXPECT_EQ(refusal({"mxi", "--help"}), "\"mxi\" is no command; did you mean \"mix\"?");
   EXPECT_EQ(refusal({"--help"}), "");
 }
 

@@ -1,4 +1,3 @@
-#include <assimp/GltfMaterial.h>
 #include <assimp/config.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
@@ -84,30 +83,32 @@ class Coats {
         material.Get(AI_MATKEY_COLOR_DIFFUSE, colour) == AI_SUCCESS) {
       coat.colour = {colour.r, colour.g, colour.b};
     }
-    for (const aiTextureType type : {aiTextureType_BASE_COLOR, aiTextureType_DIFFUSE}) {
-      if (material.GetTextureCount(type) == 0) continue;
-      aiString name;
-      material.GetTexture(type, 0, &name);
-      coat.picture = picture(name.C_Str());
-      break;
-    }
+    if (const Texture texture = texture_of(number); !texture.name.empty())
+      coat.picture = picture(texture.name);
     return coat;
   }
 
   /// Set of texture coordinates that the picture is laid on by.
-  unsigned places_of(unsigned number) const {
+  unsigned places_of(unsigned number) const { return texture_of(number).places; }
+
+ private:
+  /// What a material has its base colour in; no name where there is no picture.
+  struct Texture {
+    std::string name;
+    unsigned places = 0;
+  };
+  Texture texture_of(unsigned number) const {
     const aiMaterial& material = *scene_.mMaterials[number];
     for (const aiTextureType type : {aiTextureType_BASE_COLOR, aiTextureType_DIFFUSE}) {
       if (material.GetTextureCount(type) == 0) continue;
       aiString name;
-      unsigned set = 0;
-      material.GetTexture(type, 0, &name, nullptr, &set);
-      return set;
+      unsigned places = 0;
+      material.GetTexture(type, 0, &name, nullptr, &places);
+      return {name.C_Str(), places};
     }
-    return 0;
+    return {};
   }
 
- private:
   std::shared_ptr<const core::Image> picture(const std::string& name) {
     if (const auto found = pictures_.find(name); found != pictures_.end()) return found->second;
     std::string bytes;
