@@ -57,7 +57,7 @@ COMMANDS = (
     Row("no output", "strike bar -m steel", ("--output is required",)),
     Row("a word of no set", "modes bar -m steel --solver tetrahedral",
         ('--solver: "tetrahedral" is none of automatic, tetrahedra, axisymmetric', 'did you mean "tetrahedra"?')),
-    Row("a format of no set", "export small --format wave", ('"wave" is none of wav, webdataset, lhotse', "mean wav?")),
+    Row("a format of no set", "export small --format wave", ('"wave" is none of wav, webdataset, lhotse', 'mean "wav"?')),
     Row("a list that there is not", "list material", ("is none of", 'did you mean "materials"?')),
     Row("options that exclude each other", "export-faust {tile} --at 0,0,0.01 --points 3 -o x.dsp",
         ("--at and --points both say where", "give one of them")),
