@@ -354,6 +354,8 @@ solvers::pitch::PitchResult make_placed_sets(const configuration::BuildConfig& c
   };
   try {
     return make_sets(config, shape, folders, comm, trace);
+  } catch (const core::StorageError&) {
+    throw;
   } catch (const core::InputError& error) {
     throw core::InputError(placed(error), error.hint());
   } catch (const core::FileError& error) {
