@@ -9,6 +9,7 @@
 
 #include "core/error.hpp"
 #include "core/files.hpp"
+#include "dataset/stored/stored_dataset.hpp"
 #include "mpi/folder_lock.hpp"
 
 namespace carillon::dataset::exporters {

@@ -9,6 +9,7 @@
 #include "core/files.hpp"
 #include "core/hdf5.hpp"
 #include "core/image.hpp"
+#include "core/storage_error.hpp"
 #include "dataset/samples/shape_modes.hpp"
 #include "mpi/comm.hpp"
 #include "scene/pitch.hpp"
