@@ -76,7 +76,7 @@ OnFinish::~OnFinish() {
   if (pipe_ >= 0) close(pipe_);
 }
 
-void OnFinish::note(std::string line) {
+void OnFinish::note(std::string line) const {
   if (pipe_ < 0) return;
   line += '\n';
   // Fits into the pipe, whose other end reads; without it the program works all the same.

@@ -20,13 +20,13 @@ class OnFinish {
   /// @throws FileError  no process can be made
   void watch(const std::string& command);
   /// What the command will be told, if nothing else is noted before the end.
-  void note_output(const std::string& folder) { note("output " + folder); }
-  void note_exit(int code) { note("exit " + std::to_string(code)); }
+  void note_output(const std::string& folder) const { note("output " + folder); }
+  void note_exit(int code) const { note("exit " + std::to_string(code)); }
   /// The program's work has ended: runs the command, and waits for it.
   void finish(int code);
 
  private:
-  void note(std::string line);
+  void note(std::string line) const;
 
   int pipe_ = -1;
   pid_t watcher_ = -1;
