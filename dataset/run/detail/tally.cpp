@@ -18,21 +18,22 @@ bool is_of_object(const plan::BuildTask& task) {
   return task.kind == plan::TaskKind::modes || task.cast.empty();
 }
 
-std::int64_t samples_of(const plan::BuildTask& task) {
-  return task.kind == plan::TaskKind::samples ? static_cast<std::int64_t>(task.count) : 0;
-}
-
 }  // namespace
 
-Tally::Tally(const std::vector<BuildRun>& builds) {
+Tally::Tally(const std::vector<BuildRun>& builds) : runs_(builds) {
   for (const BuildRun& run : builds) {
-    std::vector<Object>& objects = by_build_.emplace_back(run.build.plan.shapes.size());
-    for (const plan::BuildTask& task : run.build.plan.tasks) {
+    const plan::BuildPlan& plan = run.build.plan;
+    Build build{std::vector<Object>(plan.shapes.size()), std::vector<bool>(plan.tasks.size())};
+    for (std::size_t t = 0; t < plan.tasks.size(); ++t) {
+      const plan::BuildTask& task = plan.tasks[t];
       ++tasks_.all;
-      samples_.all += samples_of(task);
-      if (is_of_object(task)) ++objects[task.shape].open;
+      if (is_of_object(task)) ++build.objects[task.shape].open;
+      if (task.kind != plan::TaskKind::samples) continue;
+      samples_.all += static_cast<std::int64_t>(task.count);
+      for (const std::size_t shape : task.needs()) build.objects[shape].samples.push_back(t);
     }
-    for (const Object& object : objects) objects_.all += object.open > 0 ? 1 : 0;
+    for (const Object& object : build.objects) objects_.all += object.open > 0 ? 1 : 0;
+    builds_.push_back(std::move(build));
   }
 }
 
@@ -50,16 +51,29 @@ void Tally::take_over(RunState& state, const mpi::TaskBoard& board) {
   samples_before_ = samples_.done;
 }
 
+void Tally::settle_samples(std::size_t build, std::size_t task, bool ok) {
+  if (builds_[build].settled[task]) return;
+  builds_[build].settled[task] = true;
+  (ok ? samples_.done : samples_.failed) +=
+      static_cast<std::int64_t>(runs_[build].build.plan.tasks[task].count);
+}
+
 void Tally::count(std::size_t build, const plan::BuildTask& task, const json& entry) {
   const bool ok = entry.value("ok", false);
   ++(ok ? tasks_.done : tasks_.failed);
-  (ok ? samples_.done : samples_.failed) += samples_of(task);
   if (ok) {
     for (const json& file : entry.value("files", json::array()))
       bytes_ += file.get<ListedFile>().bytes;
   }
+  if (task.kind == plan::TaskKind::samples) {
+    const std::vector<plan::BuildTask>& tasks = runs_[build].build.plan.tasks;
+    settle_samples(build, static_cast<std::size_t>(&task - tasks.data()), ok);
+  } else if (!ok) {
+    for (const std::size_t lost : builds_[build].objects[task.shape].samples)
+      settle_samples(build, lost, false);
+  }
   if (!is_of_object(task)) return;
-  Object& object = by_build_[build][task.shape];
+  Object& object = builds_[build].objects[task.shape];
   --object.open;
   if (!ok && !object.failed) ++objects_.failed;
   object.failed = object.failed || !ok;
@@ -78,9 +92,8 @@ ordered_json Tally::to_json() const {
 }
 
 std::string Tally::text() const {
-  std::string text =
-      fmt::format("{} of {} samples  {} of {} objects", samples_.done, samples_.all, objects_.done,
-                  objects_.all);
+  std::string text = fmt::format("{} of {} samples  {} of {} objects", samples_.done, samples_.all,
+                                 objects_.done, objects_.all);
   if (tasks_.failed > 0)
     text += fmt::format("  {} task{} failed", tasks_.failed, tasks_.failed == 1 ? "" : "s");
   return text + "  " + core::human_bytes(static_cast<double>(bytes_));

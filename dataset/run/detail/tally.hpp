@@ -16,16 +16,18 @@ class RunState;
 /// How much of a run's builds is there, what earlier runs made included.
 class Tally {
  public:
+  /// `builds` must outlive it.
   explicit Tally(const std::vector<BuildRun>& builds);
 
   /// Counts what the board has as done or failed before the run begins.
   void take_over(RunState& state, const mpi::TaskBoard& board);
   /// A task has ended.
+  /// @param task   of the build's plan, not a copy
   /// @param entry  its journal's
   void count(std::size_t build, const plan::BuildTask& task, const nlohmann::json& entry);
 
   /// `samples`, `objects` and `tasks`: how many there are, are done and have failed (`all`, `done`,
-  /// `failed`); `bytes` of files.
+  /// `failed`; samples whose object failed have, too); `bytes` of files.
   nlohmann::ordered_json to_json() const;
   /// "120 of 400 samples  3 of 8 objects  1 task failed  12.3 MB".
   std::string text() const;
@@ -40,14 +42,21 @@ class Tally {
   struct Object {
     std::int64_t open = 0;
     bool failed = false;
+    std::vector<std::size_t> samples;  ///< tasks that need its modes
+  };
+  struct Build {
+    std::vector<Object> objects;
+    std::vector<bool> settled;  ///< tasks whose samples are done or failed
   };
 
   static nlohmann::ordered_json to_json(const Count& count);
+  void settle_samples(std::size_t build, std::size_t task, bool ok);
 
   Count samples_, objects_, tasks_;
   std::uint64_t bytes_ = 0;
   std::int64_t samples_before_ = 0;
-  std::vector<std::vector<Object>> by_build_;
+  const std::vector<BuildRun>& runs_;
+  std::vector<Build> builds_;
 };
 
 }  // namespace carillon::dataset::run
