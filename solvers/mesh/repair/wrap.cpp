@@ -1,4 +1,3 @@
-#include <CGAL/AABB_traits.h>
 #include <CGAL/AABB_tree.h>
 #include <CGAL/AABB_triangle_primitive.h>
 #include <CGAL/Side_of_triangle_mesh.h>
@@ -12,6 +11,7 @@
 #include "solvers/mesh/repair/detail/intersections.hpp"
 #include "solvers/mesh/repair/detail/repair_steps.hpp"
 #include "solvers/mesh/simplify/cgal_mesh.hpp"
+#include "solvers/mesh/simplify/cgal_versions.hpp"
 #include "solvers/mesh/spread_points.hpp"
 
 namespace carillon::solvers::mesh::repair {
@@ -20,8 +20,8 @@ namespace {
 using Kernel = simplify::CgalKernel;
 using simplify::to_cgal;
 using Triangles = std::vector<Kernel::Triangle_3>;
-using Tree = CGAL::AABB_tree<
-    CGAL::AABB_traits<Kernel, CGAL::AABB_triangle_primitive<Kernel, Triangles::const_iterator>>>;
+using Tree = CGAL::AABB_tree<simplify::CgalTreeTraits<
+    Kernel, CGAL::AABB_triangle_primitive<Kernel, Triangles::const_iterator>>>;
 
 /// Cosine from which triangles face each other.
 constexpr double facing = 0.7;
@@ -126,7 +126,7 @@ Misplaced misplaced_points(const SurfaceMesh& soup, const SurfaceMesh& body, dou
       double free = 2 * extent, gap = 0;
       if (const auto hit =
               tree.first_intersection(Kernel::Ray_3(to_cgal(from), to_cgal(Vec3(from + way))))) {
-        if (const auto* met = boost::get<Kernel::Point_3>(&hit->first)) {
+        if (const auto* met = simplify::held<Kernel::Point_3>(hit->first)) {
           const double distance = (simplify::from_cgal(*met) - point).norm();
           if (distance < alpha + free && normal_of(*hit->second).dot(normal) < -facing)
             gap = distance;

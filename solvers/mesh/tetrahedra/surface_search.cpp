@@ -1,6 +1,5 @@
 #include "solvers/mesh/tetrahedra/surface_search.hpp"
 
-#include <CGAL/AABB_traits.h>
 #include <CGAL/AABB_tree.h>
 #include <CGAL/AABB_triangle_primitive.h>
 #include <CGAL/Simple_cartesian.h>
@@ -8,13 +7,15 @@
 #include <Eigen/Geometry>
 #include <limits>
 
+#include "solvers/mesh/simplify/cgal_versions.hpp"
+
 namespace carillon::solvers::mesh::tetrahedra {
 namespace {
 
 using Cartesian = CGAL::Simple_cartesian<double>;
 using FacetList = std::vector<Cartesian::Triangle_3>;
 using FacetPrimitive = CGAL::AABB_triangle_primitive<Cartesian, FacetList::const_iterator>;
-using FacetTree = CGAL::AABB_tree<CGAL::AABB_traits<Cartesian, FacetPrimitive>>;
+using FacetTree = CGAL::AABB_tree<simplify::CgalTreeTraits<Cartesian, FacetPrimitive>>;
 
 Cartesian::Point_3 facet_point(const Vec3& p) {
   return {p.x(), p.y(), p.z()};

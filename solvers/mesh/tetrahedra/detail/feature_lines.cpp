@@ -1,7 +1,6 @@
 #include "solvers/mesh/tetrahedra/detail/feature_lines.hpp"
 
 #include <CGAL/AABB_segment_primitive.h>
-#include <CGAL/AABB_traits.h>
 #include <CGAL/AABB_tree.h>
 
 #include <Eigen/Geometry>
@@ -11,6 +10,7 @@
 #include <vector>
 
 #include "solvers/mesh/simplify/cgal_mesh.hpp"
+#include "solvers/mesh/simplify/cgal_versions.hpp"
 
 namespace carillon::solvers::mesh::tetrahedra {
 namespace {
@@ -20,7 +20,8 @@ using simplify::to_cgal;
 using SegmentList = std::vector<simplify::CgalKernel::Segment_3>;
 using SegmentPrimitive =
     CGAL::AABB_segment_primitive<simplify::CgalKernel, SegmentList::const_iterator>;
-using SegmentTree = CGAL::AABB_tree<CGAL::AABB_traits<simplify::CgalKernel, SegmentPrimitive>>;
+using SegmentTree =
+    CGAL::AABB_tree<simplify::CgalTreeTraits<simplify::CgalKernel, SegmentPrimitive>>;
 
 /// Edges between triangles that meet at a feature's angle.
 SegmentList feature_segments(const SurfaceMesh& surface) {
