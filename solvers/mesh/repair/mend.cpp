@@ -18,7 +18,7 @@
 #include "solvers/mesh/repair/detail/repair_steps.hpp"
 #include "solvers/mesh/repair/detail/surface_topology.hpp"
 #include "solvers/mesh/simplify/cgal_mesh.hpp"
-#include "solvers/mesh/simplify/cgal_versions.hpp"
+#include "solvers/mesh/simplify/cgal_optional.hpp"
 
 namespace carillon::solvers::mesh::repair {
 namespace {

@@ -10,7 +10,7 @@
 #include <map>
 
 #include "solvers/mesh/simplify/cgal_mesh.hpp"
-#include "solvers/mesh/simplify/cgal_versions.hpp"
+#include "solvers/mesh/simplify/cgal_optional.hpp"
 
 namespace carillon::solvers::mesh::simplify {
 
