@@ -20,6 +20,7 @@ find_package(hwy REQUIRED)
 
 include(CarillonPetsc)
 include(CarillonHdf5)
+include(CarillonOffscreen)
 carillon_pkg_config(ARCHIVE libarchive)
 carillon_pkg_config(ASSIMP assimp)
 carillon_pkg_config(TURBOJPEG libturbojpeg)
@@ -27,9 +28,17 @@ carillon_pkg_config(SNDFILE sndfile)
 carillon_pkg_config(FFTW3 fftw3)
 carillon_pkg_config(SOXR soxr)
 carillon_pkg_config(MUPARSER muparser)
-carillon_pkg_config(OSMESA osmesa)
 carillon_pkg_config(NLOPT nlopt)
-carillon_pkg_config(BULLET bullet-float64)
+
+# In double precision: Debian and conda name it so, and elsewhere Bullet may be built so.
+pkg_check_modules(BULLET QUIET IMPORTED_TARGET GLOBAL bullet-float64)
+if(NOT BULLET_FOUND)
+  carillon_pkg_config(BULLET bullet)
+  if(NOT "${BULLET_CFLAGS}" MATCHES BT_USE_DOUBLE_PRECISION)
+    message(FATAL_ERROR "Bullet (bullet.pc) is not one in double precision, nor is there a bullet-float64.pc. Build it "
+      "with -DUSE_DOUBLE_PRECISION=ON. ${CARILLON_FIND_HELP}")
+  endif()
+endif()
 
 carillon_find(carillon_metis METIS LIBRARY metis HEADER metis.h)
 carillon_find(carillon_gmsh GMSH LIBRARY gmsh HEADER gmsh.h)

@@ -34,7 +34,7 @@ function(carillon_install_config)
                                    COMPATIBILITY SameMinorVersion)
   install(FILES ${PROJECT_BINARY_DIR}/carillonConfig.cmake ${PROJECT_BINARY_DIR}/carillonConfigVersion.cmake
                 cmake/CarillonDependencies.cmake cmake/CarillonFind.cmake cmake/CarillonPetsc.cmake
-                cmake/CarillonHdf5.cmake
+                cmake/CarillonHdf5.cmake cmake/CarillonOffscreen.cmake
           DESTINATION ${CARILLON_CMAKE_DIR} COMPONENT carillon-dev)
   get_property(folders GLOBAL PROPERTY CARILLON_INSTALLED_FOLDERS)
   install(CODE "

@@ -6,7 +6,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <vector>
 
 #include "core/error.hpp"
@@ -129,7 +128,7 @@ class FrameRenderer {
     glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, colors.get(), 0);
     glFramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, depths.get(), 0);
     if (glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE) {
-      throw core::Error(fmt::format("OSMesa cannot draw {} x {} samples", width, height));
+      throw core::Error(fmt::format("OpenGL cannot draw {} x {} samples", width, height));
     }
     glViewport(0, 0, width, height);
     glClear(GL_DEPTH_BUFFER_BIT);
@@ -175,17 +174,6 @@ class FrameRenderer {
 };
 
 }  // namespace
-
-void check_picture(int width, int height, double field_of_view) {
-  if (width < 1 || height < 1 || width > max_picture_side || height > max_picture_side) {
-    throw core::InputError(fmt::format("camera: picture must be 1 to {} pixels a side, not {} x {}",
-                                       max_picture_side, width, height));
-  }
-  if (!(field_of_view > 0 && field_of_view < std::numbers::pi)) {
-    throw core::InputError(
-        fmt::format("camera: field of view must lie between 0 and pi, not {} rad", field_of_view));
-  }
-}
 
 core::Image render_frame(const solvers::mesh::SurfaceMesh& mesh, const Camera& camera,
                          const Appearance& appearance) {

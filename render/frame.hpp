@@ -1,12 +1,17 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/image.hpp"
 #include "solvers/mesh/surface_mesh.hpp"
 
 namespace carillon::render {
+
+/// What pictures are drawn with, off screen: "osmesa" or "egl"; "none" in a build with
+/// -DCARILLON_RENDER=OFF, where whatever draws throws an Error that says so.
+std::string_view offscreen();
 
 inline constexpr int max_picture_side = 4096;  ///< [pixel]
 
@@ -34,14 +39,14 @@ struct Appearance {
 void check(const Appearance& appearance);
 
 /// Picture of a body before a light grey backdrop, lit by a key, a fill and a rim light that stay
-/// with the camera, with shadows of its own, drawn off screen by OSMesa (Cook-Torrance shading,
+/// with the camera, with shadows of its own, drawn off screen (Cook-Torrance shading,
 /// GGX). Three channels, sRGB, nine samples a pixel averaged in linear light. Faces that meet at
 /// more than 40 degrees keep their edge, others are shaded smoothly. The same input gives the same
 /// bytes. The OpenGL context is made at the first picture of each thread and kept.
 /// @throws InputError   no faces or extent, a camera or appearance out of range, or colours that
 /// are
 ///                      not as many as vertices
-/// @throws core::Error  OSMesa cannot make a context
+/// @throws core::Error  no OpenGL 3.3 context can be made
 core::Image render_frame(const solvers::mesh::SurfaceMesh& mesh, const Camera& camera,
                          const Appearance& appearance);
 

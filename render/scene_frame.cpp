@@ -94,7 +94,7 @@ struct SceneRenderer::Parts {
     glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT1, GL_TEXTURE_2D, places.get(), 0);
     glFramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, depths.get(), 0);
     if (glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE) {
-      throw core::Error(fmt::format("OSMesa cannot draw {} x {} samples", width, height));
+      throw core::Error(fmt::format("OpenGL cannot draw {} x {} samples", width, height));
     }
     glGenVertexArrays(1, no_vertices.put());
     check_gl("setting up a scene");

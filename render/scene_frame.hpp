@@ -66,12 +66,12 @@ struct SceneFrame {
   std::vector<std::uint8_t> mask;  ///< 0 background and ground, i + 1 body i
 };
 
-/// Draws frames of one scene, off screen by OSMesa; meshes, maps and programs stay with OpenGL.
+/// Draws frames of one scene, off screen; meshes, maps and programs stay with OpenGL.
 /// Draws, and ends, in the thread that made it. The same scene and poses give the same bytes.
 class SceneRenderer {
  public:
   /// @throws InputError   no faces or extent, a camera, light, appearance or map that cannot be
-  /// @throws core::Error  OSMesa cannot make a context
+  /// @throws core::Error  no OpenGL 3.3 context can be made
   explicit SceneRenderer(const Scene& scene);
   ~SceneRenderer();
   SceneRenderer(SceneRenderer&&) noexcept;

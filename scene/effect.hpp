@@ -86,8 +86,8 @@ struct SceneEffect {
   double memory = 0;             ///< estimated, of its working parts [byte]
   /// Further cost of one sound of an object of so many modes, whatever its rows; empty: none.
   std::function<double(int modes)> seconds_by_modes;
-  /// Faults of the files it reads that can be found cheaply; called when the configuration is read,
-  /// once it is known to be on. Empty: nothing to check.
+  /// Faults of the files it reads, or of this program, that can be found cheaply; called when the
+  /// configuration is read, once it is known to be on. Empty: nothing to check.
   /// @throws ConfigError
   std::function<void()> check;
   /// Hash of the files it reads beside the configuration; asked for only while it is on. Empty:

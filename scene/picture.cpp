@@ -1,5 +1,7 @@
 #include "scene/picture.hpp"
 
+#include <fmt/format.h>
+
 #include <numbers>
 
 #include "render/frame.hpp"
@@ -13,6 +15,14 @@ void read_picture(core::ConfigNode& node, int& width, int& height, double& field
   if (!(field_of_view > 0 && field_of_view < std::numbers::pi)) {
     node.fail("field_of_view", "must lie between 0 and 180 deg");
   }
+}
+
+void require_pictures(const core::ConfigNode& node, const std::string& key,
+                      const std::string& effect) {
+  if (render::offscreen() != "none") return;
+  node.fail(key, "this program was built without pictures",
+            fmt::format("build with -DCARILLON_RENDER=ON, or leave them out: --set effects.{}=off",
+                        effect));
 }
 
 }  // namespace carillon::scene

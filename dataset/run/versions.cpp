@@ -7,6 +7,7 @@
 
 #include "core/revision.hpp"
 #include "dataset/run/dataset.hpp"
+#include "render/frame.hpp"
 #include "solvers/libraries/library_versions.hpp"
 
 namespace carillon::dataset::run {
@@ -31,6 +32,7 @@ nlohmann::json program_versions() {
       {"fftw", std::string(fftw_version)},
       {"cgal", CARILLON_CGAL_VERSION},
       {"gmsh", CARILLON_GMSH_VERSION},
+      {"offscreen", render::offscreen()},
       {"mpi", mpi_text.substr(0, mpi_text.find(','))}};
   for (const auto& [library, version] : solvers::libraries::library_versions())
     versions[library] = version;

@@ -224,6 +224,7 @@ void require_inputs(const StoredDataset& dataset, const configuration::BuildConf
     try {
       effect.in_scene.check();
     } catch (const core::Error& error) {
+      if (!effect.in_scene.content) throw;  // it reads no files
       throw InputError(
           fmt::format("effect {}: {}", effect.effect->name, error.message()),
           fmt::format("looked for in {}; --inputs FOLDER names the folder that paths of the "

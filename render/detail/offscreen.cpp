@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <array>
+
 #include "core/error.hpp"
 
 namespace carillon::render {
@@ -24,34 +26,6 @@ Shader compile(GLenum kind, const std::string& source) {
 }
 
 }  // namespace
-
-OffscreenContext::OffscreenContext() {
-  const std::array<int, 12> attributes = {OSMESA_FORMAT,
-                                          OSMESA_RGBA,
-                                          OSMESA_DEPTH_BITS,
-                                          0,
-                                          OSMESA_PROFILE,
-                                          OSMESA_CORE_PROFILE,
-                                          OSMESA_CONTEXT_MAJOR_VERSION,
-                                          3,
-                                          OSMESA_CONTEXT_MINOR_VERSION,
-                                          3,
-                                          0,
-                                          0};
-  context_ = OSMesaCreateContextAttribs(attributes.data(), nullptr);
-  if (context_ == nullptr) {
-    throw core::Error("OSMesa cannot make an OpenGL 3.3 context",
-                      "is the package libosmesa6 with llvmpipe installed?");
-  }
-  if (OSMesaMakeCurrent(context_, pixel_.data(), GL_UNSIGNED_BYTE, 1, 1) != GL_TRUE) {
-    OSMesaDestroyContext(context_);
-    throw core::Error("OSMesa cannot draw into memory");
-  }
-}
-
-OffscreenContext::~OffscreenContext() {
-  OSMesaDestroyContext(context_);
-}
 
 OffscreenContext& offscreen_context() {
   thread_local OffscreenContext context;

@@ -1,9 +1,10 @@
 #pragma once
 
 #define GL_GLEXT_PROTOTYPES
-#include <GL/osmesa.h>
+#include <GL/gl.h>
+#include <GL/glext.h>
 
-#include <array>
+#include <memory>
 #include <string>
 
 #include "core/handle.hpp"
@@ -36,25 +37,26 @@ using Texture = core::Handle<GLuint, delete_texture>;
 using Shader = core::Handle<GLuint, delete_shader>;
 using Program = core::Handle<GLuint, delete_program>;
 
-/// OpenGL 3.3 core profile in memory (OSMesa, llvmpipe). Draws in the thread that made it, without
-/// threads of its own: ranks share the cores, not pictures. Everything is drawn into framebuffer
-/// objects; the context's own surface is one pixel.
+/// OpenGL 3.3 core profile in memory (Mesa's llvmpipe), by OSMesa or by EGL without a surface: the
+/// build has one of offscreen_osmesa.cpp and offscreen_egl.cpp. Draws in the thread that made it,
+/// without threads of its own: ranks share the cores, not pictures. Everything is drawn into
+/// framebuffer objects; the context itself has a surface of one pixel or none.
 class OffscreenContext {
  public:
-  /// @throws core::Error  OSMesa cannot make a context
+  /// @throws core::Error  no context can be made
   OffscreenContext();
   ~OffscreenContext();
   OffscreenContext(const OffscreenContext&) = delete;
   OffscreenContext& operator=(const OffscreenContext&) = delete;
 
  private:
-  OSMesaContext context_ = nullptr;
-  std::array<unsigned char, 4> pixel_{};
+  struct Platform;
+  std::unique_ptr<Platform> platform_;
 };
 
 /// The calling thread's context, made at the first call and kept: what is drawn with belongs to the
 /// thread.
-/// @throws core::Error  OSMesa cannot make a context
+/// @throws core::Error  no context can be made
 OffscreenContext& offscreen_context();
 
 /// @throws core::Error  with the compiler's or linker's message

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "core/error.hpp"
 
@@ -41,6 +42,17 @@ void check(const maps::TexturedFace& face) {
 }
 
 }  // namespace
+
+void check_picture(int width, int height, double field_of_view) {
+  if (width < 1 || height < 1 || width > max_picture_side || height > max_picture_side) {
+    throw core::InputError(fmt::format("camera: picture must be 1 to {} pixels a side, not {} x {}",
+                                       max_picture_side, width, height));
+  }
+  if (!(field_of_view > 0 && field_of_view < std::numbers::pi)) {
+    throw core::InputError(
+        fmt::format("camera: field of view must lie between 0 and pi, not {} rad", field_of_view));
+  }
+}
 
 void check(const Scene& scene) {
   check(scene.camera);

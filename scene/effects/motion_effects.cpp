@@ -1,5 +1,6 @@
 #include "core/hash.hpp"
 #include "scene/effects/detail/list.hpp"
+#include "scene/picture.hpp"
 #include "scene/scene.hpp"
 
 namespace carillon::scene {
@@ -63,7 +64,12 @@ SceneEffect read_touch_effect(core::ConfigNode& root, const Scene&) {
 }
 
 SceneEffect read_movie_effect(core::ConfigNode& root, const Scene&) {
-  return asked(root, "camera");
+  SceneEffect effect = asked(root, "camera");
+  if (!effect.reason_off.empty()) return effect;
+  effect.check = [motion = root.child("motion")] {
+    require_pictures(motion, "camera", movie_effect.name);
+  };
+  return effect;
 }
 
 }  // namespace

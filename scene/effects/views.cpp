@@ -1,9 +1,14 @@
 #include "scene/effects/detail/list.hpp"
+#include "scene/picture.hpp"
 #include "scene/scene.hpp"
 
 namespace carillon::scene {
 
 namespace {
+
+constexpr const char* mel_key = "mel";
+constexpr const char* voxels_key = "voxels";
+constexpr const char* camera_key = "camera";
 
 /// Asked for by a mapping of its own; the build reads that and makes the view.
 template <const char* const& key>
@@ -12,15 +17,14 @@ SceneEffect read(core::ConfigNode& root, const Scene&) {
   const std::string name = key;
   if (root.has(name)) {
     effect.asked_by = name + ": (" + root.where(name) + ")";
+    if (key == camera_key) {
+      effect.check = [root, name] { require_pictures(root, name, frames_effect.name); };
+    }
   } else {
     effect.reason_off = "no " + name + ":";
   }
   return effect;
 }
-
-constexpr const char* mel_key = "mel";
-constexpr const char* voxels_key = "voxels";
-constexpr const char* camera_key = "camera";
 
 }  // namespace
 

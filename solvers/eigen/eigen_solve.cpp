@@ -129,8 +129,8 @@ EpsHandle make_eps(const ShiftedSystem& shifted, EPSType type, int pairs, double
   libraries::check(EPSSetType(eps.get(), type));
   libraries::check(EPSSetTarget(eps.get(), shifted.shift));
   libraries::check(EPSSetWhichEigenpairs(eps.get(), EPS_TARGET_MAGNITUDE));
-  libraries::check(EPSSetDimensions(eps.get(), pairs, PETSC_DEFAULT, PETSC_DEFAULT));
-  libraries::check(EPSSetTolerances(eps.get(), tolerance, PETSC_DEFAULT));
+  libraries::check(EPSSetDimensions(eps.get(), pairs, PETSC_DETERMINE, PETSC_DETERMINE));
+  libraries::check(EPSSetTolerances(eps.get(), tolerance, PETSC_DETERMINE));
   libraries::check(EPSSetPurify(eps.get(), PETSC_FALSE));
   return eps;
 }
@@ -182,11 +182,11 @@ EigenPairs shift_inverted(const assembly::System& system, const EigenRequest& re
                             request.tolerance, comm);
   if (is_stock) {
     // Beyond 150 modes the projected problem is held small, which bounds the basis' memory.
-    const PetscInt projected = wanted > 150 ? 150 : PETSC_DEFAULT;
-    libraries::check(EPSSetDimensions(eps.get(), wanted, PETSC_DEFAULT, projected));
+    const PetscInt projected = wanted > 150 ? 150 : PETSC_DETERMINE;
+    libraries::check(EPSSetDimensions(eps.get(), wanted, PETSC_DETERMINE, projected));
     libraries::check(EPSSetTolerances(eps.get(), request.tolerance, 1000));
   } else if (request.basis > 0) {
-    libraries::check(EPSSetDimensions(eps.get(), wanted, PETSC_DEFAULT, request.basis));
+    libraries::check(EPSSetDimensions(eps.get(), wanted, PETSC_DETERMINE, request.basis));
   }
   const assembly::Products products(system, comm);
   Eigen::VectorXd start(system.owned_unknowns());
@@ -322,7 +322,7 @@ void dense(const assembly::System& system, const EigenRequest& request, double s
   libraries::check(EPSSetProblemType(eps.get(), EPS_GHEP));
   libraries::check(EPSSetType(eps.get(), EPSLAPACK));
   libraries::check(EPSSetWhichEigenpairs(eps.get(), EPS_LARGEST_REAL));
-  libraries::check(EPSSetDimensions(eps.get(), wanted, PETSC_DEFAULT, PETSC_DEFAULT));
+  libraries::check(EPSSetDimensions(eps.get(), wanted, PETSC_DETERMINE, PETSC_DETERMINE));
   libraries::check(EPSSetFromOptions(eps.get()));
   pairs = solved(eps.get(), n, wanted, "the mesh may have elements that are nearly flat",
                  PETSC_COMM_SELF);

@@ -50,7 +50,7 @@ EigenPairs slice_spectrum(const assembly::System& system, double low, double hig
   libraries::check(EPSSetTolerances(eps.get(), tolerance, 200));
   const auto unknowns = static_cast<PetscInt>(system.free_unknowns());
   const auto pairs = std::min<PetscInt>(pairs_per_shift, std::max<PetscInt>(1, unknowns / 3));
-  libraries::check(EPSKrylovSchurSetDimensions(eps.get(), pairs, PETSC_DEFAULT, PETSC_DEFAULT));
+  libraries::check(EPSKrylovSchurSetDimensions(eps.get(), pairs, PETSC_DETERMINE, PETSC_DETERMINE));
   libraries::check(EPSSetFromOptions(eps.get()));
   libraries::check(EPSSolve(eps.get()));
   EPSConvergedReason reason = EPS_CONVERGED_ITERATING;

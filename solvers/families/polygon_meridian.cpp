@@ -108,7 +108,9 @@ mesh::Meridian polygon_meridian(const ProfilePolygon& profile) {
   for (std::size_t i = 0; i < vertices.size(); ++i) {
     triangulation.insert_constraint(vertices[i], vertices[(i + 1) % vertices.size()]);
   }
-  CGAL::refine_Delaunay_mesh_2(triangulation, Criteria(angle_bound, 0));
+  CGAL::Delaunay_mesher_2<Triangulation, Criteria> refinement(triangulation,
+                                                              Criteria(angle_bound, 0));
+  refinement.refine_mesh();
 
   int count = 0;
   for (const auto vertex : triangulation.finite_vertex_handles()) vertex->info() = count++;

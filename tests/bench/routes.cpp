@@ -60,7 +60,7 @@ Answer slepc_route(const solvers::assembly::System& system, double shift, int pa
   solvers::libraries::check(EPSSetType(eps.get(), EPSKRYLOVSCHUR));
   solvers::libraries::check(EPSSetTarget(eps.get(), shift));
   solvers::libraries::check(EPSSetWhichEigenpairs(eps.get(), EPS_TARGET_MAGNITUDE));
-  solvers::libraries::check(EPSSetDimensions(eps.get(), pairs, PETSC_DEFAULT, PETSC_DEFAULT));
+  solvers::libraries::check(EPSSetDimensions(eps.get(), pairs, PETSC_DETERMINE, PETSC_DETERMINE));
   solvers::libraries::check(EPSSetTolerances(eps.get(), 1e-12, 1000));
   ST st = nullptr;
   KSP ksp = nullptr;

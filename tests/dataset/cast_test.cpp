@@ -97,6 +97,7 @@ TEST(Textures, AreShallowerThanHalfTheirBody) {
 }
 
 TEST(MotionConfig, MorePicturedBodiesThanMasksCanTellAreRefused) {
+  if (render::offscreen() == "none") GTEST_SKIP() << "built without pictures";
   const auto with = [](int count, bool camera) {
     return scene_of("motion:\n  bodies: [{object: bars, at: [0, 0, 1], repeat: {count: " +
                         std::to_string(count) + ", offset: [1, 0, 0]}}]\n" +

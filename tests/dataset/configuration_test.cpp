@@ -6,6 +6,7 @@
 
 #include "core/error.hpp"
 #include "core/text.hpp"
+#include "render/frame.hpp"
 
 namespace carillon::dataset {
 namespace {
@@ -58,6 +59,7 @@ TEST(Configuration, ABellIsOfBellBronzeWhereNoMaterialIsNamed) {
 }
 
 TEST(Configuration, ResolvedTextReadsBackAsItself) {
+  if (render::offscreen() == "none") GTEST_SKIP() << "built without pictures";
   const std::string text = std::string(minimal) +
                            "mel: {}\nvoxels: {}\ncamera: {}\nlisteners:\n"
                            "  - position: [0, 0, 1 m]\nstrikes: {impulse: 20 mN s}\n";
@@ -66,6 +68,21 @@ TEST(Configuration, ResolvedTextReadsBackAsItself) {
   EXPECT_EQ(once.resolved, twice.resolved);
   EXPECT_EQ(twice.mel->hop, 1837);
   EXPECT_EQ(twice.scene.strikes.impulse.low, 0.02);
+}
+
+TEST(Configuration, PicturesAreRefusedWhereNoneAreDrawn) {
+  const std::string text = std::string(minimal) + "camera: {}\n";
+  if (render::offscreen() != "none") {
+    EXPECT_EQ(refusal(text), "accepted");
+    return;
+  }
+  EXPECT_NE(refusal(text).find("camera: this program was built without pictures"),
+            std::string::npos);
+  EXPECT_NE(refusal(text).find("-DCARILLON_RENDER=ON"), std::string::npos);
+  EXPECT_EQ(refusal(text + "effects: {frames: off}\n"), "accepted");
+  // A stored dataset that has some can still be read.
+  EXPECT_TRUE(
+      configuration::read_build_config(text, "test.yaml", {}, scene::effects(), false).camera);
 }
 
 TEST(Configuration, UnitsAreUnderstood) {

@@ -12,6 +12,7 @@
 #include "core/temporary_folder.hpp"
 #include "dataset/plan/solver_plan.hpp"
 #include "dataset/run/costs.hpp"
+#include "render/frame.hpp"
 #include "scene/scene.hpp"
 
 namespace carillon::dataset {
@@ -122,6 +123,7 @@ TEST(Plan, FingerprintsTellPlansApart) {
 }
 
 TEST(Plan, EffectsAreOffUnlessAskedFor) {
+  if (render::offscreen() == "none") GTEST_SKIP() << "built without pictures";
   const auto running = [](const std::string& more) {
     std::set<std::string> names;
     for (const scene::PlannedEffect& effect : scene::plan_effects(bars(1, 1, more).scene)) {
@@ -150,6 +152,7 @@ scene::PlannedEffect effect_of(const configuration::BuildConfig& config, const s
 }
 
 TEST(Plan, ViewsHaveTheirCost) {
+  if (render::offscreen() == "none") GTEST_SKIP() << "built without pictures";
   const configuration::BuildConfig config =
       bars(1, 4, "mel: {bands: 64}\nvoxels: {}\ncamera: {}\n");
   EXPECT_GT(effect_of(config, "mel").seconds_per_sound, 0.0);
@@ -193,6 +196,7 @@ TEST(Plan, DampingNamesTheLineOfItsMaterials) {
 
 // A program that never registered a view, and one that has it off, read the same build.
 TEST(Plan, ViewsThatAreOffAreNeverRegistered) {
+  if (render::offscreen() == "none") GTEST_SKIP() << "built without pictures";
   const std::map<std::string, std::string> keys = {
       {"mel", "mel: {bands: 20}\n"}, {"voxels", "voxels: {}\n"}, {"frames", "camera: {}\n"}};
   for (const auto& [name, key] : keys) {

@@ -7,7 +7,7 @@ import unittest
 import h5py
 import numpy
 from browser import expect_report
-from program import CONFIGS, FolderTest, long, processor_seconds, run, run_json
+from program import CONFIGS, FolderTest, long, pictures, processor_seconds, run, run_json
 
 CONFIG = """
 name: told-apart
@@ -199,6 +199,7 @@ class Classify(FolderTest):
 
 
 @long
+@pictures
 class SmokeConfig(FolderTest):
     def test_evaluates_in_a_minute(self):
         before = processor_seconds()

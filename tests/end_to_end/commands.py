@@ -8,7 +8,7 @@ import unittest.mock
 
 import numpy
 from msh_files import msh_2, msh_4, two_part_bar
-from program import CONFIGS, FolderTest, run, run_json
+from program import CONFIGS, NO_PICTURES, FolderTest, pictures, run, run_json
 
 CUBE = """OFF
 8 6 0
@@ -373,7 +373,7 @@ class Others(FolderTest):
         self.assertIn("-3 dB", noises["pink"]["spectrum"])
 
     def test_plan_says_what_runs_and_why(self):
-        plan = run_json("plan", CONFIGS / "smoke.yaml")
+        plan = run_json("plan", CONFIGS / "smoke.yaml", "--set", "effects.frames=off")
         effects = {e["name"]: e for e in plan["effects"]}
         self.assertFalse(effects["radiation"]["enabled"])
         self.assertIn("listener", effects["radiation"]["reason"])
@@ -381,10 +381,20 @@ class Others(FolderTest):
         solver = {e["name"]: e for e in plan["solver"]}
         self.assertEqual(solver["eigen_solver"]["value"], "block_lanczos")
         self.assertEqual(solver["memory_limit"]["value"], 16 << 30)
-        text = run("plan", CONFIGS / "smoke.yaml", "--set", "solver.pitch_cents=5").stdout
+        text = run("plan", CONFIGS / "smoke.yaml", "--set", "effects.frames=off",
+                   "--set", "solver.pitch_cents=5").stdout
         self.assertIn("5 cents", text)
         self.assertIn("16.0 GiB", text)
 
+    @unittest.skipUnless(NO_PICTURES, "the program draws pictures")
+    def test_pictures_are_refused_by_their_key_where_none_are_drawn(self):
+        for name, key in (("smoke", "camera"), ("dominoes", "motion.camera")):
+            result = run("plan", CONFIGS / f"{name}.yaml")
+            self.assertEqual(result.returncode, 2)
+            self.assertRegex(result.stderr, rf"{name}.yaml:\d+:\d+: {key}: .*without pictures")
+            self.assertIn("-DCARILLON_RENDER=ON", result.stderr)
+
+    @pictures
     def test_preview_makes_its_three_files(self):
         out = self.folder / "preview"
         run_json("preview", CONFIGS / "smoke.yaml", "--sample", "0", "-o", out)
@@ -398,6 +408,8 @@ class Others(FolderTest):
         self.assertRegex(first, r"^carillon \d+\.\d+\.\d+(\+\S+)?$")
         names = {line.split(" ", 1)[0] for line in libraries}
         self.assertLessEqual({"cgal", "gmsh", "hdf5", "mpi", "petsc", "slepc"}, names)
+        [offscreen] = [line.split()[1] for line in libraries if line.startswith("offscreen ")]
+        self.assertIn(offscreen, ("none",) if NO_PICTURES else ("osmesa", "egl"))
         self.assertEqual(run("build", "--help").returncode, 0)
 
 
@@ -410,7 +422,7 @@ class Start(FolderTest):
         return "mpi_show_mca_params" in result.stdout + result.stderr
 
     def test_nothing_starts_mpi_that_needs_none(self):
-        if not self.starts_mpi("plan", CONFIGS / "smoke.yaml"):
+        if not self.starts_mpi("plan", CONFIGS / "smoke.yaml", "--set", "effects.frames=off"):
             self.skipTest("this MPI does not tell that it starts")
         cube = self.write("cube.off", CUBE)
         for words in (["--version"], ["--help"], ["build", "--help"], ["train", "--help"], [],

@@ -7,7 +7,7 @@ import unittest
 import h5py
 import mesh_files
 import numpy
-from program import FolderTest, run, run_json
+from program import FolderTest, pictures, run, run_json
 
 SIDES = numpy.array([0.12, 0.05, 0.02])
 SOLVE = ("--material", "steel", "--order", "2")
@@ -254,6 +254,7 @@ class Datasets(FolderTest):
                       "wrong.csv:6: split"):
             self.assertIn(words, answer.stderr)
 
+    @pictures
     def test_pictures_have_the_base_colour(self):
         block = mesh_files.block(SIDES)
         striped = mesh_files.png([[(230, 20, 20), (20, 20, 230)]])

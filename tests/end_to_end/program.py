@@ -29,6 +29,10 @@ def run(*arguments, ranks=None, cwd=None, timeout=400, environment=None):
 # Sanitizers take memory of their own, and know no limits of it.
 of_memory = unittest.skipIf(TIMEOUT_FACTOR > 1, "sanitizers take memory of their own")
 
+# A program that was built with -DCARILLON_RENDER=OFF.
+NO_PICTURES = os.environ.get("CARILLON_PICTURES") == "none"
+pictures = unittest.skipIf(NO_PICTURES, "the program was built without pictures")
+
 
 # Minutes for what the others show on less; ctest -L slow runs them.
 LONG = bool(os.environ.get("CARILLON_LONG"))

@@ -16,7 +16,7 @@
 // told so (the name is its own).
 extern "C" const char* __lsan_default_suppressions();
 extern "C" const char* __lsan_default_suppressions() {
-  return "leak:libOSMesa\nleak:libLLVM\n";
+  return "leak:libOSMesa\nleak:libLLVM\nleak:libEGL\nleak:libgallium\nleak:swrast_dri\n";
 }
 
 namespace carillon::render {

@@ -234,11 +234,7 @@ PlanarGrid triangulate(const std::vector<OutlinePiece>& outline, double cell) {
     const auto vertex = [&](std::size_t tag) {
       const auto [entry, is_new] =
           number.try_emplace(tag, static_cast<std::int32_t>(points.size()));
-      if (is_new) {
-        std::vector<double> at, parametric;
-        gmsh::model::mesh::getNode(tag, at, parametric);
-        points.emplace_back(at[0], at[1]);
-      }
+      if (is_new) points.emplace_back(mesh::tetrahedra::gmsh_node(tag).head<2>());
       return entry->second;
     };
     // Fresh vectors for each call: Gmsh leaves those that are not empty as they are.

@@ -18,6 +18,7 @@
 #include "solvers/mesh/repair/detail/repair_steps.hpp"
 #include "solvers/mesh/repair/detail/surface_topology.hpp"
 #include "solvers/mesh/simplify/cgal_mesh.hpp"
+#include "solvers/mesh/simplify/cgal_optional.hpp"
 
 namespace carillon::solvers::mesh::repair {
 namespace {
@@ -153,7 +154,7 @@ bool only_touch(const SurfaceMesh& one, const SurfaceMesh& other) {
   CgalMesh both;
   CgalMesh common;
   if (!to_cgal_mesh(one, a) || !to_cgal_mesh(other, b)) return false;
-  std::array<boost::optional<CgalMesh*>, 4> wanted;
+  std::array<simplify::CgalOptional<CgalMesh*>, 4> wanted;
   wanted[pmp::Corefinement::UNION] = &both;
   wanted[pmp::Corefinement::INTERSECTION] = &common;
   try {

@@ -1,6 +1,3 @@
-#include <CGAL/AABB_traits.h>
-#include <CGAL/AABB_tree.h>
-#include <CGAL/AABB_triangle_primitive.h>
 #include <CGAL/Side_of_triangle_mesh.h>
 #include <CGAL/alpha_wrap_3.h>
 
@@ -12,6 +9,7 @@
 #include "solvers/mesh/repair/detail/intersections.hpp"
 #include "solvers/mesh/repair/detail/repair_steps.hpp"
 #include "solvers/mesh/simplify/cgal_mesh.hpp"
+#include "solvers/mesh/simplify/cgal_trees.hpp"
 #include "solvers/mesh/spread_points.hpp"
 
 namespace carillon::solvers::mesh::repair {
@@ -19,9 +17,8 @@ namespace {
 
 using Kernel = simplify::CgalKernel;
 using simplify::to_cgal;
-using Triangles = std::vector<Kernel::Triangle_3>;
-using Tree = CGAL::AABB_tree<
-    CGAL::AABB_traits<Kernel, CGAL::AABB_triangle_primitive<Kernel, Triangles::const_iterator>>>;
+using Triangles = simplify::CgalTriangles<Kernel>;
+using Tree = simplify::CgalTriangleTree<Kernel>;
 
 /// Cosine from which triangles face each other.
 constexpr double facing = 0.7;
@@ -126,7 +123,7 @@ Misplaced misplaced_points(const SurfaceMesh& soup, const SurfaceMesh& body, dou
       double free = 2 * extent, gap = 0;
       if (const auto hit =
               tree.first_intersection(Kernel::Ray_3(to_cgal(from), to_cgal(Vec3(from + way))))) {
-        if (const auto* met = boost::get<Kernel::Point_3>(&hit->first)) {
+        if (const auto* met = simplify::held<Kernel::Point_3>(hit->first)) {
           const double distance = (simplify::from_cgal(*met) - point).norm();
           if (distance < alpha + free && normal_of(*hit->second).dot(normal) < -facing)
             gap = distance;
@@ -151,15 +148,15 @@ double facing_share(const SurfaceMesh& one, const SurfaceMesh& other, double rea
   constexpr std::size_t count = 300;
   const Triangles triangles = sound_triangles(other);
   const Tree tree(triangles.cbegin(), triangles.cend());
-  std::size_t facing = 0;
+  std::size_t faced = 0;
   const std::vector<SpreadPoint> points = spread_points(one, count);
   for (const auto& [point, triangle] : points) {
     const Vec3 normal = normal_of(one, triangle);
     const Kernel::Segment_3 around(to_cgal(Vec3(point - reach * normal)),
                                    to_cgal(Vec3(point + reach * normal)));
-    facing += tree.do_intersect(around);
+    faced += tree.do_intersect(around);
   }
-  return static_cast<double>(facing) / static_cast<double>(points.size());
+  return static_cast<double>(faced) / static_cast<double>(points.size());
 }
 
 }  // namespace carillon::solvers::mesh::repair

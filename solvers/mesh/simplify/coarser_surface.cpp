@@ -10,6 +10,7 @@
 #include <map>
 
 #include "solvers/mesh/simplify/cgal_mesh.hpp"
+#include "solvers/mesh/simplify/cgal_optional.hpp"
 
 namespace carillon::solvers::mesh::simplify {
 
@@ -64,13 +65,13 @@ struct OneOfItsEnds {
   const Creases* creases;
 
   template <class Profile>
-  boost::optional<Point> operator()(const Profile& edge) const {
+  CgalOptional<Point> operator()(const Profile& edge) const {
     const Place from = creases->of(edge.p0()), to = creases->of(edge.p1());
     const bool along = creases->is_crease(edge.surface_mesh(), edge.v0_v1());
     const auto may_go = [&](Place place) {
       return place == Place::face || (place == Place::crease && along);
     };
-    boost::optional<Point> kept;
+    CgalOptional<Point> kept;
     if (may_go(from)) kept = edge.p1();
     if (may_go(to) && (!kept || longest(edge, edge.p0()) < longest(edge, edge.p1()))) {
       kept = edge.p0();
@@ -92,9 +93,8 @@ struct OneOfItsEnds {
 /// Collapses first what leaves the shortest edges, so that no vertex becomes a hub of long ones.
 struct LongestEdgeLeft {
   template <class Profile>
-  boost::optional<double> operator()(const Profile& edge,
-                                     const boost::optional<Point>& kept) const {
-    if (!kept) return boost::none;
+  CgalOptional<double> operator()(const Profile& edge, const CgalOptional<Point>& kept) const {
+    if (!kept) return {};
     return OneOfItsEnds::longest(edge, *kept);
   }
 };

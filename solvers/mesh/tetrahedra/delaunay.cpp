@@ -210,6 +210,17 @@ void with_gmsh(const std::string& what, const std::function<void()>& calls) {
   }
 }
 
+Vec3 gmsh_node(std::size_t tag) {
+  std::vector<double> at, parameters;
+#if GMSH_API_VERSION_MAJOR == 4 && GMSH_API_VERSION_MINOR < 9
+  gmsh::model::mesh::getNode(tag, at, parameters);
+#else
+  int dimension = 0, entity = 0;
+  gmsh::model::mesh::getNode(tag, at, parameters, dimension, entity);
+#endif
+  return {at[0], at[1], at[2]};
+}
+
 TetMesh fill_with_tetrahedra(const SurfaceMesh& surface) {
   const auto parts = split(surface, edge_components(surface.triangles));
   TetMesh mesh;

@@ -30,4 +30,7 @@ class GmshModel {
 /// `what`.
 void with_gmsh(const std::string& what, const std::function<void()>& calls);
 
+/// Where a node of Gmsh's mesh lies. Called within with_gmsh().
+Vec3 gmsh_node(std::size_t tag);
+
 }  // namespace carillon::solvers::mesh::tetrahedra

@@ -1,20 +1,18 @@
 #include "solvers/mesh/tetrahedra/surface_search.hpp"
 
-#include <CGAL/AABB_traits.h>
-#include <CGAL/AABB_tree.h>
-#include <CGAL/AABB_triangle_primitive.h>
 #include <CGAL/Simple_cartesian.h>
 
 #include <Eigen/Geometry>
 #include <limits>
 
+#include "solvers/mesh/simplify/cgal_trees.hpp"
+
 namespace carillon::solvers::mesh::tetrahedra {
 namespace {
 
 using Cartesian = CGAL::Simple_cartesian<double>;
-using FacetList = std::vector<Cartesian::Triangle_3>;
-using FacetPrimitive = CGAL::AABB_triangle_primitive<Cartesian, FacetList::const_iterator>;
-using FacetTree = CGAL::AABB_tree<CGAL::AABB_traits<Cartesian, FacetPrimitive>>;
+using FacetList = simplify::CgalTriangles<Cartesian>;
+using FacetTree = simplify::CgalTriangleTree<Cartesian>;
 
 Cartesian::Point_3 facet_point(const Vec3& p) {
   return {p.x(), p.y(), p.z()};

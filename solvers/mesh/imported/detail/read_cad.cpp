@@ -60,11 +60,7 @@ SurfaceMesh surface_of(const std::vector<Entity>& faces) {
   const auto vertex = [&](std::size_t node) {
     const auto [found, is_new] =
         number.emplace(node, static_cast<std::int32_t>(surface.vertices.size()));
-    if (is_new) {
-      std::vector<double> at, parameters;
-      gmsh::model::mesh::getNode(node, at, parameters);
-      surface.vertices.emplace_back(at[0], at[1], at[2]);
-    }
+    if (is_new) surface.vertices.push_back(tetrahedra::gmsh_node(node));
     return found->second;
   };
   for (const auto& [dimension, tag] : faces) {

@@ -1,9 +1,5 @@
 #include "solvers/mesh/tetrahedra/detail/feature_lines.hpp"
 
-#include <CGAL/AABB_segment_primitive.h>
-#include <CGAL/AABB_traits.h>
-#include <CGAL/AABB_tree.h>
-
 #include <Eigen/Geometry>
 #include <map>
 #include <numbers>
@@ -11,16 +7,15 @@
 #include <vector>
 
 #include "solvers/mesh/simplify/cgal_mesh.hpp"
+#include "solvers/mesh/simplify/cgal_trees.hpp"
 
 namespace carillon::solvers::mesh::tetrahedra {
 namespace {
 
 using simplify::from_cgal;
 using simplify::to_cgal;
-using SegmentList = std::vector<simplify::CgalKernel::Segment_3>;
-using SegmentPrimitive =
-    CGAL::AABB_segment_primitive<simplify::CgalKernel, SegmentList::const_iterator>;
-using SegmentTree = CGAL::AABB_tree<CGAL::AABB_traits<simplify::CgalKernel, SegmentPrimitive>>;
+using SegmentList = simplify::CgalSegments<simplify::CgalKernel>;
+using SegmentTree = simplify::CgalSegmentTree<simplify::CgalKernel>;
 
 /// Edges between triangles that meet at a feature's angle.
 SegmentList feature_segments(const SurfaceMesh& surface) {
