@@ -18,7 +18,6 @@ namespace {
 int run_accuracy(eval::accuracy::AccuracyOptions options, const Context& context) {
   options.cache = context.cache;
   options.command = context.command;
-  options.quiet = context.quiet || context.json;
   std::string text;
   mpi::agreed(context.world, [&] {
     if (context.speaks()) text = core::read_text_file(options.config);

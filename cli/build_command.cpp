@@ -30,10 +30,17 @@ void add_build(Program& program, Context& context) {
     const dataset::run::BuildOptions all =
         with_standard_input(with_common(*options, context), context);
     const auto sweep = dataset::sweep::load_sweep(all, context.world);
-    context.exit_code = sweep
-                            ? dataset::sweep::run_sweep(*sweep, all, context.world)
-                            : dataset::run::run_build(dataset::run::load_build(all, context.world),
-                                                      all, context.world);
+    const auto note_output = [&](const std::string& name) {
+      context.on_finish.note_output(all.output.empty() ? name : all.output);
+    };
+    if (sweep) {
+      note_output(sweep->name);
+      context.exit_code = dataset::sweep::run_sweep(*sweep, all, context.world);
+    } else {
+      dataset::run::LoadedBuild build = dataset::run::load_build(all, context.world);
+      note_output(build.config.name);
+      context.exit_code = dataset::run::run_build(std::move(build), all, context.world);
+    }
   });
 }
 

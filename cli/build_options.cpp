@@ -4,14 +4,19 @@
 #include <iterator>
 
 #include "mpi/comm.hpp"
+#include "mpi/exit_code.hpp"
 
 namespace carillon::cli {
 
 dataset::run::BuildOptions with_common(dataset::run::BuildOptions options, const Context& context) {
   options.cache = context.cache;
   options.command = context.command;
-  options.quiet = context.quiet || context.json;
-  options.tell = options.tell_interrupted = teller(context);
+  options.tell = teller(context);
+  options.tell_interrupted = [&context, tell = options.tell](
+                                 const std::string& text, const nlohmann::ordered_json& document) {
+    context.on_finish.note_exit(mpi::exit_interrupted);
+    tell(text, document);
+  };
   return options;
 }
 

@@ -32,6 +32,7 @@ void add_realimpact(Program& program, Context& context);
 void add_report(Program& program, Context& context);
 void add_regenerate(Program& program, Context& context);
 void add_schema(Program& program, Context& context);
+void add_status(Program& program, Context& context);
 void add_strike(Program& program, Context& context);
 
 /// What HDF5 and Mesa look at when they are first called; a user's own setting stays. File systems

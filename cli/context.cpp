@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "core/log.hpp"
 #include "core/outputs.hpp"
 #include "mpi/comm.hpp"
 #include "mpi/launcher.hpp"
@@ -37,6 +38,7 @@ core::Tell teller(const Context& context) {
   // Names of files may be no UTF-8.
   constexpr auto replace = nlohmann::ordered_json::error_handler_t::replace;
   return [json = context.json](const std::string& text, const nlohmann::ordered_json& document) {
+    core::log_to_file(text);
     fmt::print("{}", json ? document.dump(2, ' ', false, replace) + "\n" : text);
   };
 }

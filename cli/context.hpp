@@ -4,6 +4,7 @@
 
 #include <string>
 
+#include "cli/on_finish.hpp"
 #include "core/tell.hpp"
 #include "mpi/exit_code.hpp"
 
@@ -17,10 +18,14 @@ struct Context {
   char* const* arguments = nullptr;  ///< of main(), null at the end
   bool json = false;                 ///< one JSON document on standard output instead of text
   bool quiet = false;                ///< no progress lines
-  std::string cache;                 ///< folder of meshes and modes; empty: none is kept
-  const Command* chosen = nullptr;   ///< that runs
-  std::string command;               ///< as it was typed, for files that say what made them
-  int exit_code = 0;                 ///< what the command ends with when it throws nothing
+  bool verbose = false;              ///< each task, too
+  std::string log;                   ///< file that gets all that is said; "": none
+  std::string finish_command;        ///< of the shell, when the program has ended; "": none
+  OnFinish on_finish{};
+  std::string cache;                ///< folder of meshes and modes; empty: none is kept
+  const Command* chosen = nullptr;  ///< that runs
+  std::string command;              ///< as it was typed, for files that say what made them
+  int exit_code = 0;                ///< what the command ends with when it throws nothing
 
   /// Rank 0 speaks for all, also before MPI has started.
   bool speaks() const;

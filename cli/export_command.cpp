@@ -128,8 +128,8 @@ void run_export(const ExportOptions& options, const Context& context) {
   mpi::agreed(context.world, [&] {
     if (context.speaks()) dataset::exporters::ExportFolder::begin(output);
   });
-  const dataset::exporters::Export task{
-      output, *index, *rows, mpi::rank(context.world), mpi::size(context.world), context.quiet};
+  const dataset::exporters::Export task{output, *index, *rows, mpi::rank(context.world),
+                                        mpi::size(context.world)};
   std::vector<dataset::exporters::ExportedFile> files;
   mpi::agreed(context.world, [&] { files = write_samples(task, options); });
   files = gather(files, context.world);

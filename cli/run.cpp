@@ -1,7 +1,5 @@
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <spdlog/sinks/stdout_color_sinks.h>
-#include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -17,9 +15,10 @@
 #include "cli/command_line.hpp"
 #include "cli/commands.hpp"
 #include "cli/learning_commands.hpp"
+#include "core/error.hpp"
 #include "core/failure.hpp"
 #include "core/files.hpp"
-#include "core/progress.hpp"
+#include "core/log.hpp"
 #include "core/revision.hpp"
 #include "core/storage_error.hpp"
 #include "core/text.hpp"
@@ -34,10 +33,10 @@ namespace carillon::cli {
 namespace {
 
 constexpr AddCommand commands[] = {
-    add_build,      add_plan,    add_preview, add_check,      add_regenerate,   add_modes,
-    add_inspect,    add_strike,  add_list,    add_accuracy,   add_features,     add_fit,
-    add_estimate,   add_compare, add_texture, add_export,     add_export_faust, add_export_gltf,
-    add_realimpact, add_report,  add_schema,  add_completion, add_manual};
+    add_build,       add_status,     add_plan,    add_preview, add_check,      add_regenerate,
+    add_modes,       add_inspect,    add_strike,  add_list,    add_accuracy,   add_features,
+    add_fit,         add_estimate,   add_compare, add_texture, add_export,     add_export_faust,
+    add_export_gltf, add_realimpact, add_report,  add_schema,  add_completion, add_manual};
 
 /// Waits until every rank has ended its command, without holding a core.
 /// @param seconds  after which it gives up
@@ -72,6 +71,7 @@ int succeed(const Context& context) {
 void say(const core::Failure& failure, const std::string& who, bool json) {
   const std::string hint = failure.hint.empty() ? "" : "\n  hint: " + failure.hint;
   std::fprintf(stderr, "carillon: %s%s%s\n", who.c_str(), failure.message.c_str(), hint.c_str());
+  core::log_to_file(who + failure.message + hint);
   if (!json) return;
   // Throws nothing: another error is on its way.
   std::printf("{\"error\": %s}\n", core::to_record(failure).c_str());
@@ -134,6 +134,12 @@ void describe(Program& program, Context& context, const LearningCommands& learni
   Command& common = program.common();
   common.flag("--json", context.json, "print one JSON document on standard output");
   common.flag("--quiet", context.quiet, "no progress lines");
+  common.flag("--verbose", context.verbose, "a line for each task, too");
+  common.option("--log", context.log,
+                "file that also gets, with dates, what is said; what is in it stays");
+  common.option("--on-finish", context.finish_command,
+                "command of the shell that runs when this one has ended, also where it was killed: "
+                "$CARILLON_EXIT_CODE and a build's $CARILLON_OUTPUT tell of it");
   context.cache = core::default_cache_folder();
   common
       .option("--cache", context.cache,
@@ -182,12 +188,17 @@ void hold_standard_streams() {
   }
 }
 
-/// Colours are for terminals, of people who have not asked for plain text.
-void choose_colours() {
-  auto sink = std::make_shared<spdlog::sinks::stderr_color_sink_mt>();
-  if (core::plain_text_asked()) sink->set_color_mode(spdlog::color_mode::never);
-  // Standard output belongs to results: a warning among them would spoil --json.
-  spdlog::set_default_logger(std::make_shared<spdlog::logger>("carillon", std::move(sink)));
+/// What was asked to be said while the command works.
+/// @throws InputError, FileError
+void start_log(const Context& context) {
+  if (context.quiet && context.verbose) {
+    throw core::InputError("--quiet and --verbose exclude each other", "leave one of them out");
+  }
+  core::start_log(context.quiet || context.json ? core::Detail::warnings
+                  : context.verbose             ? core::Detail::tasks
+                                                : core::Detail::progress,
+                  context.log);
+  if (context.speaks()) core::log_to_file(context.command);
 }
 
 /// Gives standard output what is still meant for it.
@@ -227,9 +238,41 @@ void set_libraries_up() {
   setenv("MESA_SHADER_CACHE_DISABLE", "true", 0);
 }
 
+namespace {
+
+/// @return the exit code
+int run_chosen(const Program& program, Context& context, int argc, char** argv) {
+  Started started;
+  try {
+    const Command& command = program.chosen();
+    context.chosen = &command;
+    command.begin();
+    if (context.speaks()) context.on_finish.watch(context.finish_command);
+    start(started, command.needs(), context, argc, argv);
+    start_log(context);
+    command.run();
+    if (const int error = finish_output(); error != 0) return fail_to_speak(context, error);
+    return succeed(context);
+  } catch (const core::StorageError&) {
+    const int code = fail(context, std::current_exception());
+    // HDF5 cannot close a file that the disk had no room for, and crashes over it in MPI_Finalize.
+    std::fflush(nullptr);
+    context.on_finish.finish(code);
+    _exit(code);
+  } catch (const std::system_error& error) {
+    // fmt's, of standard output.
+    if (std::ferror(stdout) != 0) return fail_to_speak(context, error.code().value());
+    return fail(context, std::current_exception());
+  } catch (const std::exception&) {
+    return fail(context, std::current_exception());
+  }
+}
+
+}  // namespace
+
 int run(int argc, char** argv, const LearningCommands& learning) {
   hold_standard_streams();
-  choose_colours();
+  core::start_log(core::Detail::progress);
 
   Context context;
   context.arguments = argv;
@@ -239,32 +282,14 @@ int run(int argc, char** argv, const LearningCommands& learning) {
                   "sounds, voxels and pictures.\nRuns with or without mpirun.",
                   version_text);
   describe(program, context, learning);
-  Started started;
-  try {
-    if (const auto reply = program.parse(argc, argv)) {
-      const int code = tell(*reply, context, argc, argv);
-      const int error = finish_output();
-      return error == 0 ? code : fail_to_speak(context, error);
-    }
-    const Command& command = program.chosen();
-    context.chosen = &command;
-    command.begin();
-    start(started, command.needs(), context, argc, argv);
-    command.run();
-    if (const int error = finish_output(); error != 0) return fail_to_speak(context, error);
-    return succeed(context);
-  } catch (const core::StorageError&) {
-    const int code = fail(context, std::current_exception());
-    // HDF5 cannot close a file that the disk had no room for, and crashes over it in MPI_Finalize.
-    std::fflush(nullptr);
-    _exit(code);
-  } catch (const std::system_error& error) {
-    // fmt's, of standard output.
-    if (std::ferror(stdout) != 0) return fail_to_speak(context, error.code().value());
-    return fail(context, std::current_exception());
-  } catch (const std::exception&) {
-    return fail(context, std::current_exception());
+  if (const auto reply = program.parse(argc, argv)) {
+    const int code = tell(*reply, context, argc, argv);
+    const int error = finish_output();
+    return error == 0 ? code : fail_to_speak(context, error);
   }
+  const int code = run_chosen(program, context, argc, argv);
+  context.on_finish.finish(code);
+  return code;
 }
 
 }  // namespace carillon::cli

@@ -1,6 +1,7 @@
 #include "core/progress.hpp"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 #include <sys/ioctl.h>
 #include <unistd.h>
 
@@ -11,6 +12,7 @@
 #include <cstdlib>
 #include <utility>
 
+#include "core/log.hpp"
 #include "core/trace.hpp"
 
 namespace carillon::core {
@@ -34,67 +36,76 @@ std::string cut(std::string line, std::size_t width) {
 
 }  // namespace
 
-Progress::Progress(std::string label, double total, bool quiet, double plain_interval_s)
+Progress::Progress(std::string label, double total, bool silent, std::string unit,
+                   double plain_interval_s)
     : label_(std::move(label)),
+      unit_(std::move(unit)),
       total_(total),
-      quiet_(quiet),
-      terminal_(isatty(STDERR_FILENO) == 1),
-      interval_(terminal_ ? redraw_interval_s : plain_interval_s),
+      silent_(silent),
+      drawn_(isatty(STDERR_FILENO) == 1 && shows_progress()),
+      interval_(plain_interval_s),
       start_(monotonic_seconds()),
-      last_drawn_(start_ - (terminal_ ? interval_ : 0)) {}
+      last_drawn_(start_ - redraw_interval_s),
+      last_logged_(start_) {}
 
 Progress::~Progress() {
   // An exception passes by: leave the terminal on a fresh line.
-  if (!finished_ && !quiet_ && terminal_ && last_drawn_ > start_) std::fputc('\n', stderr);
+  if (!finished_ && !silent_ && drawn_) leave_status_line();
 }
 
 void Progress::update(double done, const std::string& note) {
   done_ = std::max(done_, done);
-  if (quiet_ || finished_) return;
-  const double now = monotonic_seconds();
-  if (now - last_drawn_ < interval_) return;
-  last_drawn_ = now;
-  draw(note, false);
+  if (!silent_ && !finished_) draw(note, false);
 }
 
 void Progress::finish(const std::string& note) {
-  if (quiet_ || finished_) return;
+  if (silent_ || finished_) return;
   finished_ = true;
   draw(note, true);
 }
 
-void Progress::draw(const std::string& note, bool last) {
-  const double elapsed = monotonic_seconds() - start_;
+std::optional<double> Progress::fraction() const {
+  // Not 1 before the end: estimates run over.
+  if (!(total_ > 0)) return std::nullopt;
+  return std::clamp(done_ / total_, 0.0, finished_ ? 1.0 : 0.99);
+}
+
+double Progress::elapsed_s() const {
+  return monotonic_seconds() - start_;
+}
+
+std::optional<double> Progress::remaining_s() const {
+  if (!(total_ > 0 && done_ > before_)) return std::nullopt;
+  return std::max(0.0, total_ - done_) * elapsed_s() / (done_ - before_);
+}
+
+std::string Progress::line(const std::string& note, bool last) const {
   std::string line = label_;
-  if (total_ > 0) {
-    // Not 100 % before the end: estimates run over.
-    const double fraction = std::clamp(done_ / total_, 0.0, last ? 1.0 : 0.99);
-    line += fmt::format("  {:3.0f} %", std::floor(100 * fraction));
-  }
-  const double rate = elapsed > 0 ? done_ / elapsed : 0;
-  line += fmt::format("  {:.3g}/s", rate);
-  if (last) {
-    line += "  in " + human_duration(elapsed);
-  } else if (total_ > 0 && rate > 0) {
-    line += "  " + human_duration(std::ceil(std::max(0.0, total_ - done_) / rate)) + " left";
-  }
+  if (const auto part = fraction()) line += fmt::format("  {:3.0f} %", std::floor(100 * *part));
   if (!note.empty()) line += "  " + note;
-  if (terminal_) {
+  const double elapsed = elapsed_s();
+  if (!unit_.empty() && elapsed > 0 && done_ > before_)
+    line += fmt::format("  {:.3g} {}/s", (done_ - before_) / elapsed, unit_);
+  if (last) return line + "  in " + human_duration(elapsed);
+  if (const auto left = remaining_s()) line += "  " + human_duration(std::ceil(*left)) + " left";
+  return line;
+}
+
+void Progress::draw(const std::string& note, bool last) {
+  const double now = monotonic_seconds();
+  if (drawn_ && (last || now - last_drawn_ >= redraw_interval_s)) {
+    last_drawn_ = now;
     const auto width = static_cast<std::size_t>(std::max(20, terminal_columns() - 1));
-    line = cut(std::move(line), width);
-    const std::size_t length = line.size();
-    // Back to the first column, and clear what the longer line before left over.
-    if (plain_text_asked()) {
-      line.resize(std::max(length, drawn_width_), ' ');
-    } else {
-      line += "\x1b[K";
-    }
-    drawn_width_ = length;
-    fmt::print(stderr, "\r{}{}", line, last ? "\n" : "");
-  } else {
-    fmt::print(stderr, "{}\n", line);
+    draw_status_line(cut(line(note, last), width), last);
   }
-  std::fflush(stderr);
+  if (last || now - last_logged_ >= interval_) {
+    last_logged_ = now;
+    if (drawn_) {
+      log_to_file(line(note, last));
+    } else {
+      spdlog::info("{}", line(note, last));
+    }
+  }
 }
 
 bool plain_text_asked() {

@@ -160,4 +160,12 @@ FolderLock::~FolderLock() {
   if (file_ >= 0) close(file_);
 }
 
+bool is_locked(const std::filesystem::path& folder) {
+  const int file = open((folder / ".lock").c_str(), O_RDONLY | O_CLOEXEC);
+  if (file < 0) return false;
+  const bool held = flock(file, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+  close(file);
+  return held;
+}
+
 }  // namespace carillon::mpi

@@ -28,4 +28,8 @@ class FolderLock {
   int file_ = -1;
 };
 
+/// Whether a build, a training or an evaluation holds a folder's lock; false where the file system
+/// has no locks.
+bool is_locked(const std::filesystem::path& folder);
+
 }  // namespace carillon::mpi

@@ -15,6 +15,7 @@
 #include "scene/modes_config.hpp"
 #include "scene/object.hpp"
 #include "scene/solved_object_json.hpp"
+#include "scene/sounding_gltf.hpp"
 #include "scene/strikes.hpp"
 #include "scene/tuned_object.hpp"
 #include "solvers/libraries/one_thread.hpp"
@@ -192,6 +193,17 @@ SolvedPointer load_modes(const std::string& path, const std::string& group, cons
   return solved;
 }
 
+/// @param node  "": the only one with a modal model
+SolvedPointer load_sounding_gltf(const std::string& path, const std::string& node,
+                                 const std::string& cache) {
+  auto solved = std::make_shared<Solved>();
+  solved->name = path;
+  solved->cache = cache;
+  solved->is_meshed = false;
+  solved->object = scene::read_sounding_gltf(path, node);
+  return solved;
+}
+
 /// What `carillon modes --json` says, of what is known.
 std::string description_of(const Solved& solved) {
   json document = scene::to_json(solved.object, decay_rates(solved));
@@ -327,6 +339,7 @@ void bind_objects(py::module_& module) {
            })
       .def("in_material", &in_material);
   module.def("load_modes", &load_modes);
+  module.def("load_sounding_gltf", &load_sounding_gltf);
 
   module.def("materials", [] {
     json all = json::array();

@@ -140,7 +140,7 @@ int run_train(const TrainOptions& wanted, const Context& context) {
   const std::uint64_t seeds[] = {config.methods.front().learning.seed};
   const auto sources = eval::studies::open_learning_sources(config, datasets, context.world);
   const eval::studies::TrainingsEnd end = eval::studies::run_trainings(
-      config, seeds, sources, eval::studies::models_folder(datasets), context.world, options.quiet);
+      config, seeds, sources, eval::studies::models_folder(datasets), context.world);
   mpi::agreed(context.world, [&] {
     if (context.speaks()) tell(end, eval::studies::models_folder(datasets), context.json);
   });

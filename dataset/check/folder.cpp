@@ -1,9 +1,6 @@
 #include "dataset/check/folder.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/file.h>
-#include <unistd.h>
 
 #include <algorithm>
 
@@ -15,6 +12,7 @@
 #include "dataset/configuration/inputs.hpp"
 #include "dataset/run/progress_so_far.hpp"
 #include "dataset/samples/shape_modes.hpp"
+#include "mpi/folder_lock.hpp"
 #include "mpi/journal.hpp"
 
 namespace carillon::dataset::check {
@@ -98,14 +96,6 @@ void compare_configuration(const DatasetFolder& folder, Finding& finding) {
 
 }  // namespace
 
-bool is_locked(const fs::path& folder) {
-  const int file = open((folder / ".lock").c_str(), O_RDONLY | O_CLOEXEC);
-  if (file < 0) return false;
-  const bool held = flock(file, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
-  close(file);
-  return held;
-}
-
 std::string DatasetFolder::path_of(std::size_t task) const {
   return dataset.build.plan.tasks[task].key + ".h5";
 }
@@ -114,7 +104,7 @@ DatasetFolder open_folder(const fs::path& path, const std::string& inputs) {
   DatasetFolder folder;
   Finding finding{"configuration", Verdict::pass, "", "", {}};
   folder.dataset = open_somehow(path, inputs, finding);
-  folder.building = is_locked(path);
+  folder.building = mpi::is_locked(path);
   compare_configuration(folder, finding);
   folder.finished = finished_by_journal(path);
   const json& description = folder.dataset.description;
@@ -295,10 +285,10 @@ Finding check_pitches(const DatasetFolder& folder) {
 
 Finding check_foreign_files(const DatasetFolder& folder) {
   const fs::path& root = folder.dataset.folder;
-  std::set<std::string> known = {"index.h5",      "dataset.json",   "failures.json",
-                                 "warnings.json", "croissant.json", "trace.json",
-                                 "journal.jsonl", ".lock",          "configuration.yaml",
-                                 "README.md",     "LICENSE"};
+  std::set<std::string> known = {"index.h5",           "dataset.json",   "failures.json",
+                                 "warnings.json",      "croissant.json", "trace.json",
+                                 "journal.jsonl",      "status.json",    ".lock",
+                                 "configuration.yaml", "README.md",      "LICENSE"};
   for (const run::ListedFile& file : folder.listed) known.insert(file.path);
   for (const configuration::InputFile& input :
        configuration::input_files(folder.dataset.build.config)) {

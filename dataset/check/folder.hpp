@@ -27,9 +27,6 @@ struct DatasetFolder {
   std::string path_of(std::size_t task) const;  ///< of a shard, from the folder
 };
 
-/// Whether a build, a training or an evaluation holds the folder's lock.
-bool is_locked(const std::filesystem::path& folder);
-
 /// @throws InputError  it is no dataset
 DatasetFolder open_folder(const std::filesystem::path& folder, const std::string& inputs);
 

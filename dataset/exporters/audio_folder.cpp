@@ -27,8 +27,8 @@ constexpr std::size_t block_rows = 64;
 
 void write_sounds(const Export& task) {
   const stored::SampleAudio audio(task.index);
-  core::Progress progress("export", static_cast<double>(task.rows.size()),
-                          task.quiet || task.rank != 0);
+  core::Progress progress("export", static_cast<double>(task.rows.size()), task.rank != 0,
+                          "sounds");
   for (std::size_t first = 0; first < task.rows.size(); first += block_rows) {
     if (!task.is_own(first / block_rows)) continue;
     const std::size_t count = std::min(block_rows, task.rows.size() - first);

@@ -18,7 +18,6 @@ struct Export {
   const core::Hdf5Group& index;
   const ExportedRows& rows;
   int rank = 0, ranks = 1;
-  bool quiet = false;  ///< no progress lines
 
   /// Whether this rank writes the `number`-th of what is shared out.
   bool is_own(std::size_t number) const {

@@ -87,8 +87,7 @@ std::vector<ExportedFile> write_web_dataset(const Export& task,
     own_rows.insert(own_rows.end(), shards[s].rows.begin(), shards[s].rows.end());
   }
   LabelStream labels(task.rows, own_rows);
-  core::Progress progress("export", static_cast<double>(shards.size()),
-                          task.quiet || task.rank != 0);
+  core::Progress progress("export", static_cast<double>(shards.size()), task.rank != 0, "shards");
   std::vector<ExportedFile> files;
   for (std::size_t s = 0; s < shards.size(); ++s) {
     if (!task.is_own(s)) continue;

@@ -9,7 +9,8 @@
 
 #include "core/error.hpp"
 #include "core/files.hpp"
-#include "dataset/check/folder.hpp"
+#include "dataset/stored/stored_dataset.hpp"
+#include "mpi/folder_lock.hpp"
 
 namespace carillon::dataset::exporters {
 
@@ -20,7 +21,7 @@ namespace {
 /// A variant of a sweep is built under the sweep's lock.
 bool is_at_work(const fs::path& folder) {
   const fs::path sweep = core::tidy_path(fs::absolute(folder)).parent_path();
-  return check::is_locked(folder) || (fs::exists(sweep / "sweep.json") && check::is_locked(sweep));
+  return mpi::is_locked(folder) || (fs::exists(sweep / "sweep.json") && mpi::is_locked(sweep));
 }
 
 void add_missing(const fs::path& folder, const core::Hdf5Group& group, const std::string& array,

@@ -100,7 +100,7 @@ int run_build(LoadedBuild build, const BuildOptions& options, MPI_Comm world) {
   });
 
   const std::size_t shapes = run.build.plan.shapes.size();
-  RunRequest request{builds, output, options.retry_failed, options.quiet};
+  RunRequest request{builds, output, run.build.config.name, options.retry_failed};
   request.tell_interrupted = [&](const std::vector<Results>& results, std::int64_t tasks_run) {
     const Summary summary{output, shapes, results.front(), tasks_run, true};
     if (options.tell_interrupted) options.tell_interrupted(summary_text(summary), to_json(summary));

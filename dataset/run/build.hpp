@@ -19,7 +19,6 @@ struct BuildOptions {
   std::optional<std::string> text{};  ///< of a configuration that is no file
   std::string cache{};                ///< folder of meshes and modes; empty: none is kept
   std::string command{};              ///< as it was typed, for trace.json
-  bool quiet = false;                 ///< no progress lines
   core::Tell tell{};                  ///< what came of it; may be empty
   core::Tell tell_interrupted{};      ///< the same of a run that is cut short
 };

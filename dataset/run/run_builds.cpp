@@ -2,13 +2,17 @@
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <memory>
 #include <optional>
 #include <set>
 
+#include "core/host_name.hpp"
+#include "core/json.hpp"
 #include "core/progress.hpp"
+#include "core/revision.hpp"
 #include "core/storage_error.hpp"
 #include "dataset/configuration/limits.hpp"
 #include "dataset/plan/task_times.hpp"
@@ -17,6 +21,9 @@
 #include "dataset/run/detail/index_keeper.hpp"
 #include "dataset/run/detail/last_words.hpp"
 #include "dataset/run/detail/run_state.hpp"
+#include "dataset/run/detail/status_file.hpp"
+#include "dataset/run/detail/tally.hpp"
+#include "dataset/run/status.hpp"
 #include "dataset/run/trace_json.hpp"
 #include "dataset/samples/samples_task.hpp"
 #include "mpi/comm.hpp"
@@ -27,6 +34,7 @@
 namespace carillon::dataset::run {
 
 using nlohmann::json;
+using nlohmann::ordered_json;
 
 namespace {
 
@@ -40,6 +48,18 @@ void tell_warnings(const std::vector<BuildRun>& builds) {
   }
 }
 
+/// For those who ask for more than how far it is.
+void tell_task(const mpi::Task& task, const mpi::Outcome& ended, const json& entry) {
+  if (ended.ok) {
+    spdlog::debug("{} in {} on rank{}", task.key, core::human_duration(ended.times.seconds),
+                  ended.times.width == 1 ? fmt::format(" {}", ended.times.rank)
+                                         : fmt::format("s {} to {}", ended.times.rank,
+                                                       ended.times.rank + ended.times.width - 1));
+  } else {
+    spdlog::info("{} failed: {}", task.key, entry.value("message", ""));
+  }
+}
+
 /// All builds of a run while it goes on.
 class Runner {
  public:
@@ -48,7 +68,8 @@ class Runner {
         world_(world),
         host_(mpi::rank(world) == 0),
         builds_(request.builds),
-        state_(request.builds) {
+        state_(request.builds),
+        tally_(request.builds) {
     outcome_.builds.resize(builds_.size());
   }
 
@@ -56,15 +77,21 @@ class Runner {
 
  private:
   std::string run_task(std::int64_t number, MPI_Comm group, mpi::RunningTask& running) const;
-  mpi::ServiceHooks hooks(LastWords& last_words, core::Progress& progress, double expected);
+  mpi::ServiceHooks hooks(LastWords& last_words, core::Progress& progress, double expected,
+                          StatusFile* status);
+  std::unique_ptr<StatusFile> status_file(bool idle, const core::Progress& progress) const;
+  ordered_json status(const core::Progress& progress) const;
   void keep_index();
   void write_results();
+  int run_tasks(mpi::TaskBoard board, core::Progress& progress, StatusFile* status,
+                const std::function<int(RunOutcome&)>& finish);
 
   const RunRequest& request_;
   const MPI_Comm world_;
   const bool host_;
   const std::vector<BuildRun>& builds_;
   RunState state_;
+  Tally tally_;
   std::unique_ptr<IndexKeeper> index_;  ///< the host's, where something is left to do
   RunOutcome outcome_;
 };
@@ -102,7 +129,8 @@ std::string Runner::run_task(std::int64_t number, MPI_Comm group, mpi::RunningTa
   return record.dump();
 }
 
-mpi::ServiceHooks Runner::hooks(LastWords& last_words, core::Progress& progress, double expected) {
+mpi::ServiceHooks Runner::hooks(LastWords& last_words, core::Progress& progress, double expected,
+                                StatusFile* status) {
   mpi::ServiceHooks hooks;
   hooks.completed = [this, &last_words](const mpi::Task& task, const mpi::Outcome& ended) {
     json entry = json::parse(ended.record);
@@ -115,17 +143,22 @@ mpi::ServiceHooks Runner::hooks(LastWords& last_words, core::Progress& progress,
         plan::TaskRow{task.key, task.kind, state_.run(), task.cost / task.width, ended.times});
     const std::int64_t number = state_.number_of(task.key);
     const std::size_t build = state_.place_of(number).build;
-    last_words.count([&] { index_->add(build, state_.record(number, std::move(entry))); });
+    tell_task(task, ended, entry);
+    last_words.count([&] {
+      const json& recorded = state_.record(number, std::move(entry));
+      tally_.count(build, state_.place_of(number).task, recorded);
+      index_->add(build, recorded);
+    });
     ++outcome_.builds[build].tasks_run;
   };
   hooks.lost_with = [this](const mpi::Task& task) {
     return state_.lost_with(state_.number_of(task.key));
   };
-  hooks.progress = [&progress, expected](const mpi::TaskBoard& now) {
+  hooks.progress = [this, &progress, status, expected](const mpi::TaskBoard& now) {
     // Costs grow and shrink as tasks tell how long they take.
-    progress.update(
-        expected * now.settled_cost() / std::max(now.total_cost(), 1e-300),
-        fmt::format("{} of {} tasks", now.count(mpi::TaskState::done), now.tasks().size()));
+    progress.update(expected * now.settled_cost() / std::max(now.total_cost(), 1e-300),
+                    tally_.text());
+    if (status != nullptr) status->update(this->status(progress));
   };
   return hooks;
 }
@@ -155,37 +188,85 @@ void Runner::write_results() {
   });
 }
 
+/// status.json, on the host; none where nothing is left to do and that is known.
+std::unique_ptr<StatusFile> Runner::status_file(bool idle, const core::Progress& progress) const {
+  if (!host_) return nullptr;
+  const json last = core::read_json(request_.output / status_name);
+  if (idle && last.is_object() && last.value("state", "") == "done") return nullptr;
+  return std::make_unique<StatusFile>(request_.output,
+                                      ordered_json{{"name", request_.name},
+                                                   {"carillon", core::revision()},
+                                                   {"host", core::host_name()},
+                                                   {"process", getpid()},
+                                                   {"ranks", mpi::size(world_)},
+                                                   {"run", state_.run()}},
+                                      status(progress));
+}
+
+ordered_json Runner::status(const core::Progress& progress) const {
+  const auto or_null = [](const std::optional<double>& value) {
+    return value ? ordered_json(*value) : ordered_json(nullptr);
+  };
+  const double elapsed = progress.elapsed_s();
+  ordered_json status = {{"elapsed_s", elapsed},
+                         {"fraction", or_null(progress.fraction())},
+                         {"remaining_s", or_null(progress.remaining_s())},
+                         {"samples_per_s", nullptr}};
+  if (const std::int64_t made = tally_.new_samples(); made > 0 && elapsed > 0)
+    status["samples_per_s"] = static_cast<double>(made) / elapsed;
+  status.update(tally_.to_json());
+  return status;
+}
+
 int Runner::run(const std::function<int(RunOutcome&)>& finish) {
   mpi::TaskBoard board =
       state_.take_over(request_.output, request_.order, request_.retry_failed, world_);
   const bool idle = board.count(mpi::TaskState::waiting) == 0;
+  if (host_) tally_.take_over(state_, board);
   if (host_ && !idle) {
     tell_warnings(builds_);
     keep_index();
   }
+  core::Progress progress("build", board.total_cost(), !host_ || idle);
+  progress.begin_at(board.settled_cost());
+  const std::unique_ptr<StatusFile> status = status_file(idle, progress);
+  try {
+    return run_tasks(std::move(board), progress, status.get(), finish);
+  } catch (...) {
+    if (status) status->fail(std::current_exception());
+    throw;
+  }
+}
+
+int Runner::run_tasks(mpi::TaskBoard board, core::Progress& progress, StatusFile* status,
+                      const std::function<int(RunOutcome&)>& finish) {
   const double expected = board.total_cost();
-  core::Progress progress("build", expected, request_.quiet || !host_ || idle);
-  LastWords last_words(index_.get(), request_.tell_interrupted);
+  LastWords last_words(index_.get(), [&](const std::vector<Results>& results, std::int64_t run) {
+    if (status != nullptr) status->end("interrupted", mpi::exit_interrupted);
+    if (request_.tell_interrupted) request_.tell_interrupted(results, run);
+  });
   const mpi::InterruptGuard guard(last_words.leaving());
   std::optional<mpi::RunningTask> running;
   mpi::agreed(world_, [&] {
     running.emplace(running_file(request_.output, mpi::rank(world_)), mpi::exit_overdue);
   });
   mpi::RunReport report = mpi::run_tasks(
-      world_, std::move(board), hooks(last_words, progress, expected),
+      world_, std::move(board), hooks(last_words, progress, expected, status),
       [&](std::int64_t number, MPI_Comm group) { return run_task(number, group, *running); },
       mpi::describe_machine(world_, builds_.front().build.config.ranks.memory_per_node));
   running.reset();
   last_words.keep();
-  progress.finish("");
+  progress.finish(host_ ? tally_.text() : "");
+  if (status != nullptr) status->update(this->status(progress));
 
   outcome_.run = state_.run();
   outcome_.interrupted = report.interrupted;
   outcome_.ranks = plan::gather_times(report.times, world_);
   outcome_.calibration = std::move(report.calibration);
   write_results();
-  const int code = finish(outcome_);
-  return std::stoi(mpi::broadcast(std::to_string(code), 0, world_));
+  const int code = std::stoi(mpi::broadcast(std::to_string(finish(outcome_)), 0, world_));
+  if (status != nullptr) status->end(outcome_.interrupted ? "interrupted" : "done", code);
+  return code;
 }
 
 }  // namespace

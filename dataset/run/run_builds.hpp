@@ -23,8 +23,8 @@ using TellInterrupted =
 struct RunRequest {
   const std::vector<BuildRun>& builds;
   std::filesystem::path output;  ///< where the run as a whole keeps what it keeps
+  std::string name;              ///< of the dataset or the sweep
   bool retry_failed = false;
-  bool quiet = false;  ///< no progress lines
   OrderTasks order{};
   TellInterrupted tell_interrupted{};
 };

@@ -9,6 +9,7 @@
 #include "core/files.hpp"
 #include "core/hdf5.hpp"
 #include "core/image.hpp"
+#include "core/storage_error.hpp"
 #include "dataset/samples/shape_modes.hpp"
 #include "mpi/comm.hpp"
 #include "scene/pitch.hpp"
@@ -354,6 +355,8 @@ solvers::pitch::PitchResult make_placed_sets(const configuration::BuildConfig& c
   };
   try {
     return make_sets(config, shape, folders, comm, trace);
+  } catch (const core::StorageError&) {
+    throw;
   } catch (const core::InputError& error) {
     throw core::InputError(placed(error), error.hint());
   } catch (const core::FileError& error) {

@@ -192,7 +192,7 @@ int run_sweep(const LoadedSweep& loaded, const run::BuildOptions& options, MPI_C
     const std::string& place = loaded.sweep.variants[v].folder;
     runs.push_back({loaded.builds[v], {folder / place, cache}, place + "/"});
   }
-  run::RunRequest request{runs, folder, options.retry_failed, options.quiet};
+  run::RunRequest request{runs, folder, loaded.name, options.retry_failed};
   request.order = [&](run::CommonTasks& common) { return order_shared_work(runs, common); };
   request.tell_interrupted = [&](const std::vector<run::Results>& held, std::int64_t tasks_run) {
     tell_interrupted(output, held, tasks_run, "", options.tell_interrupted);

@@ -114,7 +114,7 @@ StudyFindings measure(const AccuracyConfig& config, const std::filesystem::path&
                       const AccuracyOptions& options, MPI_Comm world, MPI_Comm comm) {
   const double start = core::monotonic_seconds();
   core::Progress progress("accuracy", static_cast<double>(config.objects.size()),
-                          options.quiet || mpi::rank(world) != 0);
+                          mpi::rank(world) != 0);
   StudyFindings findings;
   json& document = findings.document;
   document = {{"name", config.name},

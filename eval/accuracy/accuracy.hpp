@@ -18,7 +18,6 @@ struct AccuracyOptions {
   std::vector<std::string> overrides;
   std::string cache{};    ///< folder of meshes and modes; empty: none is kept
   std::string command{};  ///< as it was typed, for accuracy.json
-  bool quiet = false;     ///< no progress lines
 };
 
 /// What was measured.

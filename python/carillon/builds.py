@@ -146,7 +146,7 @@ def _without_place(text: str) -> str:
     return re.sub(r"(?:stdin|configuration):\d+:\d+: ", "configuration: ", text)
 
 
-_WARNING = re.compile(r"\[warning\] (.*)")
+_WARNING = re.compile(r"^[-\d]+ [:\d]+ warning: (.*)")
 
 
 def _run(command: Sequence[str], given: str, quiet: bool) -> tuple[int, str, list[str]]:

@@ -62,14 +62,22 @@ class Modes:
         self._document: dict[str, Any] = json.loads(solved.json()) if document is None else document
 
     @classmethod
-    def load(cls, path: str | os.PathLike[str], material: str | Material | Sequence[str | Material], *,
-             group: str = "") -> Modes:
-        """Modes that `save`, `carillon modes -o` or a build stored, in the material that they were solved for.
+    def load(cls, path: str | os.PathLike[str], material: str | Material | Sequence[str | Material] | None = None, *,
+             group: str = "", node: str = "") -> Modes:
+        """Modes that `save`, `carillon modes -o` or a build stored, in the material that they were solved for; or those
+        that a glTF file holds (KHR_audio_rigid_bodies), which need none.
 
         material: one, or one for each region. group: of the file; a build stores the sets of an object's materials
-        as `set-000`, `set-001`, ...
+        as `set-000`, `set-001`, ... node: of a glTF file with several that sound.
         """
         name = os.fspath(path)
+        if pathlib.Path(name).suffix.lower() in (".glb", ".gltf"):
+            if material is not None:
+                raise InputError(f"{name} brings its own material along",
+                                 "leave material out; or Object.load(path).modes(material) solves its mesh anew")
+            return cls(_carillon.load_sounding_gltf(name, node, os.fspath(cache)))
+        if material is None:
+            raise InputError(f"{name} does not say its material", "give the one that the modes were solved for")
         several = [material] if isinstance(material, (str, Material)) else list(material)
         return cls(_carillon.load_modes(name, group, name, [material_text(one) for one in several], os.fspath(cache)))
 

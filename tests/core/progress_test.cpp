@@ -5,9 +5,15 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <limits>
+#include <optional>
+#include <regex>
 #include <string>
+#include <thread>
+
+#include "core/log.hpp"
 
 namespace carillon::core {
 namespace {
@@ -31,54 +37,77 @@ std::string on_a_terminal(const Body& body) {
   return text;
 }
 
+/// What `body` writes to standard error while that is a file.
+template <class Body>
+std::string in_a_file(const Body& body, Detail detail = Detail::progress) {
+  testing::internal::CaptureStderr();
+  start_log(detail);
+  body();
+  return testing::internal::GetCapturedStderr();
+}
+
 std::ptrdiff_t count(const std::string& text, char sign) {
   return std::count(text.begin(), text.end(), sign);
 }
 
 TEST(Progress, PrintsPlainLinesAtIntervalsAndAtTheEnd) {
-  testing::internal::CaptureStderr();
-  {
-    Progress progress("build", 10, false, 0);
+  const std::string text = in_a_file([] {
+    Progress progress("build", 10, false, "tasks", 0);
     progress.update(2.5, "modes of cup-003");
     progress.finish("10 samples");
     progress.finish("again");
     progress.update(3, "too late");
-  }
-  const std::string text = testing::internal::GetCapturedStderr();
+  });
   EXPECT_EQ(count(text, '\n'), 2) << text;
-  EXPECT_NE(text.find("build   25 %"), std::string::npos) << text;
-  EXPECT_NE(text.find("/s"), std::string::npos) << text;
-  EXPECT_NE(text.find(" left  modes of cup-003\n"), std::string::npos) << text;
-  EXPECT_NE(text.find("10 samples\n"), std::string::npos) << text;
+  // With the date in front, off a terminal.
+  EXPECT_TRUE(std::regex_search(
+      text, std::regex(R"(^\d{4}-\d\d-\d\d \d\d:\d\d:\d\d build   25 %  modes of cup-003  )"
+                       R"(\S+ tasks/s  .* left\n)")))
+      << text;
+  EXPECT_TRUE(std::regex_search(text, std::regex(R"(10 samples  .* in \S+ s\n)"))) << text;
   EXPECT_EQ(count(text, '\r') + count(text, '\x1b'), 0) << text;
 }
 
 TEST(Progress, KeepsToItsInterval) {
-  testing::internal::CaptureStderr();
-  {
-    Progress progress("build", 10, false, 1000);
+  const std::string text = in_a_file([] {
+    Progress progress("build", 10, false, "", 1000);
     for (int i = 0; i < 100; ++i) progress.update(i, "busy");
-  }
-  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+  });
+  EXPECT_EQ(text, "");
 }
 
-TEST(Progress, SaysNothingWhenQuiet) {
-  testing::internal::CaptureStderr();
-  {
-    Progress progress("build", 10, true, 0);
-    progress.update(1, "busy");
-    progress.finish("done");
+TEST(Progress, SaysNothingWhereItIsSilentOrNotAskedFor) {
+  for (const bool silent : {true, false}) {
+    const auto work = [silent] {
+      Progress progress("build", 10, silent, "", 0);
+      progress.update(1, "busy");
+      progress.finish("done");
+    };
+    EXPECT_EQ(in_a_file(work, silent ? Detail::tasks : Detail::warnings), "");
+    if (!silent) EXPECT_EQ(on_a_terminal(work), "");
   }
-  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+  start_log(Detail::progress);
+}
+
+TEST(Progress, WhatWasDoneBeforeTellsNothingOfTheRate) {
+  Progress progress("build", 100, true);
+  EXPECT_EQ(progress.remaining_s(), std::nullopt);
+  progress.begin_at(90);
+  EXPECT_EQ(progress.remaining_s(), std::nullopt);
+  EXPECT_DOUBLE_EQ(progress.fraction().value(), 0.9);
+  std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  progress.update(95, "");
+  const double elapsed = progress.elapsed_s();
+  EXPECT_NEAR(progress.remaining_s().value(), elapsed, 0.5 * elapsed);  // not 5 %
+  EXPECT_EQ(Progress("read", 0, true).fraction(), std::nullopt);
 }
 
 TEST(Progress, AnUnknownTotalHasNoPercentAndNoTimeLeft) {
-  testing::internal::CaptureStderr();
-  {
-    Progress progress("read", 0, false, 0);
+  const std::string text = in_a_file([] {
+    Progress progress("read", 0, false, "", 0);
     progress.update(7, "files");
-  }
-  const std::string text = testing::internal::GetCapturedStderr();
+  });
+  EXPECT_NE(text.find("read  files"), std::string::npos) << text;
   EXPECT_EQ(text.find('%'), std::string::npos) << text;
   EXPECT_EQ(text.find("left"), std::string::npos) << text;
 }

@@ -121,7 +121,7 @@ class Identify(FolderTest):
         longer = self.folder / "longer.yaml"
         clip = self.clips[0]
         heard = run_json("identify", clip, "-m", self.models, "--scene", scene, "--at",
-                         "0.1,-5cm,0.2", "--output", longer)["clips"][0]["tasks"]
+                         "0.1 m,-5 cm,0.2 m", "--output", longer)["clips"][0]["tasks"]
         before, after = scene.read_text().splitlines(), longer.read_text().splitlines()
         added = [line for line in after if line not in before]
         self.assertEqual(len(added), 2, added)

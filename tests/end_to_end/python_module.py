@@ -4,6 +4,7 @@ import pickle
 import unittest
 
 import numpy
+from commands import read_float_wav
 from module_test import BAND, BARS, OPTIONS, WEDGE, ModuleTest, ca
 from program import run, run_json
 
@@ -90,6 +91,25 @@ class Modes(ModuleTest):
         numpy.testing.assert_allclose(stiffer.frequencies, modes.frequencies, rtol=1e-12)
         with self.assertRaisesRegex(ca.InputError, "same Poisson's ratio"):
             modes.in_material("wood")
+
+    def test_of_a_file_that_sounds(self):
+        path = self.folder / "bar.glb"
+        made = run("export-gltf", "bar", "-m", "steel", *OPTIONS, "-o", path)
+        self.assertEqual(made.returncode, 0, made.stderr)
+        modes = ca.Modes.load(path)
+        known = run_json("modes", path)
+        self.assertEqual(list(modes.frequencies), self.column(known, "frequency_hz"))
+        self.assertEqual(list(modes.decay_rates), self.column(known, "decay_rate_per_s"))
+        struck = self.folder / "bar.wav"
+        self.assertEqual(run("strike", path, "--at", "0,0,0", "-o", struck).returncode, 0)
+        sound = modes.strike(at=(0, 0, 0))
+        numpy.testing.assert_array_equal(numpy.asarray(sound), read_float_wav(struck))
+        again = pickle.loads(pickle.dumps(modes))
+        self.assertEqual(list(again.decay_rates), list(modes.decay_rates))
+        for arguments, words in (((path, "steel"), "brings its own material"), ((path,), "no node \"lid\""),
+                                 ((self.folder / "bar.h5",), "does not say its material")):
+            with self.assertRaisesRegex(ca.InputError, words):
+                ca.Modes.load(*arguments, **({"node": "lid"} if "lid" in words else {}))
 
     def test_of_a_bell_are_of_bell_bronze_where_no_material_is_named(self):
         self.assertEqual(ca.shapes()["bell"]["usual_material"], "bell_bronze")

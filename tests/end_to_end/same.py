@@ -3,7 +3,7 @@ import hashlib
 import pathlib
 
 # Dates, hosts and timings, and a lock that holds nothing but its holder.
-OWN = {"trace.json", "journal.jsonl", "sweep-timing.csv", ".lock"}
+OWN = {"trace.json", "journal.jsonl", "status.json", "sweep-timing.csv", ".lock"}
 
 
 def hashes(output):

@@ -78,7 +78,6 @@ bool Run::keep_stage(const char* name, const StageEnd& end) {
 Stage Run::empty_stage(const char* name) const {
   Stage stage;
   stage.name = name;
-  stage.quiet = datasets_.options().quiet;
   stage.tell_interrupted = datasets_.options().tell_interrupted;
   return stage;
 }

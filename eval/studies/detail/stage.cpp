@@ -49,7 +49,7 @@ StageEnd run_stage(const Stage& stage, MPI_Comm world) {
   }
   const bool idle = board.count(mpi::TaskState::waiting) == 0;
   const double expected = board.total_cost();
-  core::Progress progress(stage.name, expected, stage.quiet || !host || idle);
+  core::Progress progress(stage.name, expected, !host || idle);
   StageEnd end;
   std::map<std::int64_t, json> failures;
   mpi::ServiceHooks hooks;

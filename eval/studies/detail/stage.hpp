@@ -22,7 +22,6 @@ struct Stage {
   std::function<std::string(std::int64_t task)> work;
   /// A task ended well, with that line; called on the host, one at a time. May be empty.
   std::function<void(std::int64_t task, const nlohmann::json& record)> completed{};
-  bool quiet = false;             ///< no progress lines
   core::Tell tell_interrupted{};  ///< says once that the run was cut short; may be empty
 };
 

@@ -63,8 +63,8 @@ EvaluationEnd run(const ClassificationSpec& spec, const EvaluatedDatasets& datas
   const double start = core::monotonic_seconds();
   const mpi::InterruptGuard guard;
   const auto sources = open_learning_sources(spec.learning, datasets, world);
-  const TrainingsEnd trainings = run_trainings(
-      spec.learning, spec.seeds, sources, models_folder(datasets), world, datasets.options().quiet);
+  const TrainingsEnd trainings =
+      run_trainings(spec.learning, spec.seeds, sources, models_folder(datasets), world);
   if (trainings.interrupted) return {mpi::exit_interrupted};
   EvaluationEnd end;
   mpi::agreed(world, [&] {

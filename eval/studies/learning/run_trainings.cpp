@@ -8,7 +8,7 @@ std::filesystem::path models_folder(const EvaluatedDatasets& datasets) {
 
 TrainingsEnd run_trainings(const LearningConfig& config, std::span<const std::uint64_t> seeds,
                            std::span<const LearningSource> sources,
-                           const std::filesystem::path& models, MPI_Comm world, bool quiet) {
+                           const std::filesystem::path& models, MPI_Comm world) {
   TrainingsEnd end;
   for (std::size_t s = 0; s < sources.size(); ++s) {
     const LearningSource& source = sources[s];
@@ -17,7 +17,7 @@ TrainingsEnd run_trainings(const LearningConfig& config, std::span<const std::ui
         for (const learning::Method& method : with_seeds(unseeded, seeds)) {
           TrainingJob job = make_job(*source.samples, task, method, models / source.place);
           if (!source.place.empty()) job.key = source.place + "/" + job.key;
-          JobEnd ended = run_job(job, *source.samples, world, quiet);
+          JobEnd ended = run_job(job, *source.samples, world);
           if (ended.interrupted) {
             end.interrupted = true;
             return end;

@@ -29,11 +29,10 @@ struct TrainingsEnd {
 std::filesystem::path models_folder(const EvaluatedDatasets& datasets);
 
 /// Every method on every task of every source, once for each seed (with_seeds()).
-/// @param quiet  no progress lines
 /// @throws InputError, FileError  a modality that a source lacks; on every rank
 /// @note Collective on world.
 TrainingsEnd run_trainings(const LearningConfig& config, std::span<const std::uint64_t> seeds,
                            std::span<const LearningSource> sources,
-                           const std::filesystem::path& models, MPI_Comm world, bool quiet);
+                           const std::filesystem::path& models, MPI_Comm world);
 
 }  // namespace carillon::eval::studies

@@ -103,7 +103,7 @@ std::optional<std::vector<SearchFindings>> run_searches(const std::vector<Search
       TrainingJob job = make_job(*source.samples, search.task, search.trials[t].method, models);
       job.key = fmt::format("{}/{} {}/{}", search.task.name, method, t + 1, search.trials.size());
       job.is_for_use = false;
-      JobEnd end = run_job(job, *source.samples, world, datasets.options().quiet);
+      JobEnd end = run_job(job, *source.samples, world);
       if (end.interrupted) return std::nullopt;
       found.trials.push_back({search.trials[t].values, std::move(end.record), end.was_there});
     }

@@ -45,8 +45,8 @@ std::string curves_csv(const networks::Trained& trained) {
 /// Line of progress of one job.
 class Watched {
  public:
-  Watched(const TrainingJob& job, bool quiet)
-      : progress_(job.key, static_cast<double>(job.method.learning.epochs), quiet) {
+  Watched(const TrainingJob& job, bool silent)
+      : progress_(job.key, static_cast<double>(job.method.learning.epochs), silent) {
     watch.step = [this](double done, double of, const learning::Epoch& epoch) {
       progress_.update(
           static_cast<double>(epoch.number - 1) + done / of,
@@ -217,7 +217,7 @@ void keep(const TrainingJob& job, const Learnt& learnt, const TrainingRecord& re
 
 }  // namespace
 
-JobEnd run_job(const TrainingJob& job, learning::SampleSource& source, MPI_Comm world, bool quiet) {
+JobEnd run_job(const TrainingJob& job, learning::SampleSource& source, MPI_Comm world) {
   JobEnd end;
   if (auto record = found_record(job, world)) {
     end.was_there = true;
@@ -232,7 +232,7 @@ JobEnd run_job(const TrainingJob& job, learning::SampleSource& source, MPI_Comm 
     learning::require_learnable(samples, source, job.task);
   });
   TrainingRecord record = describe(job, source, samples);
-  Watched watched(job, quiet || mpi::rank(world) != 0);
+  Watched watched(job, mpi::rank(world) != 0);
   Learnt learnt = learn(job, source, samples, ranks, watched.watch, world);
   if (learnt.trained.interrupted) {
     watched.finish(fmt::format("stopped after {} epochs; the same command goes on",

@@ -33,9 +33,8 @@ struct JobEnd {
 /// Trains, answers for the parts that were held out and keeps in the job's folder: `model`,
 /// `checkpoint` while it goes on, `curves.csv`, `answers.h5`, `recognition` of a network that only
 /// hears, and `training.json`, which is written last. What is there is not made again.
-/// @param quiet  no progress lines
 /// @throws InputError, FileError  on every rank alike
 /// @note Collective on world.
-JobEnd run_job(const TrainingJob& job, learning::SampleSource& source, MPI_Comm world, bool quiet);
+JobEnd run_job(const TrainingJob& job, learning::SampleSource& source, MPI_Comm world);
 
 }  // namespace carillon::eval::studies

@@ -127,8 +127,7 @@ std::optional<std::vector<DatasetSpectrograms>> study_spectrograms(
     for (const LearningSource& source : sources) source.samples->labels(study.color);
   });
   const std::uint64_t seeds[] = {study.method.learning.seed};
-  const TrainingsEnd end = run_trainings(alone, seeds, sources, models_folder(datasets), world,
-                                         datasets.options().quiet);
+  const TrainingsEnd end = run_trainings(alone, seeds, sources, models_folder(datasets), world);
   if (end.interrupted) return std::nullopt;
   std::vector<DatasetSpectrograms> found;
   mpi::agreed(world, [&] {

@@ -136,7 +136,7 @@ bool Run::learn(learning::SampleSource& other, const std::vector<Selection>& sel
                   ? fmt::format("{:.0f} % {}/{}", 100 * row.fraction, row.trained_on, seed)
                   : fmt::format("{}/{}", row.trained_on, seed);
     job.is_for_use = false;
-    const JobEnd end = run_job(job, *source, world_, datasets_.options().quiet);
+    const JobEnd end = run_job(job, *source, world_);
     if (end.interrupted) return false;
     mpi::agreed(world_, [&] {
       const Answers answers = read_answers(job.folder / "answers.h5");
