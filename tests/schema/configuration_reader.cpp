@@ -107,7 +107,6 @@ void read_evaluated(const std::string& file, const std::string& text) {
                                             {"spectrograms", read_spectrograms}};
   dataset::run::BuildOptions options;
   options.config = file;
-  options.quiet = true;
   const EvaluatedDatasets datasets(options, MPI_COMM_WORLD);
   core::ConfigNode root = core::ConfigNode::parse(text, file);
   if (root.has("train")) read_train_section(root, file);
