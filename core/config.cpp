@@ -51,23 +51,20 @@ bool ConfigNode::is_list(const std::string& key) const {
 
 double ConfigNode::quantity(const std::string& key, Dimension dimension,
                             std::optional<double> fallback) {
-  const std::string wanted = wanted_text(dimension);
-  const ConfigTree* value = impl_->value(key, wanted, fallback.has_value());
-  const double answer = value != nullptr ? impl_->number(*value, key, dimension) : *fallback;
-  impl_->remember(key, yaml_quantity(answer, dimension));
-  return answer;
+  return impl_->quantity(key, fallback, {.dimension = dimension});
 }
 
 double ConfigNode::positive(const std::string& key, Dimension dimension,
                             std::optional<double> fallback) {
-  const double value = quantity(key, dimension, fallback);
+  const double value =
+      impl_->quantity(key, fallback, {.dimension = dimension, .low = 0, .above_low = true});
   if (!(value > 0)) fail(key, "must be positive");
   return value;
 }
 
 double ConfigNode::not_negative(const std::string& key, Dimension dimension,
                                 std::optional<double> fallback) {
-  const double value = quantity(key, dimension, fallback);
+  const double value = impl_->quantity(key, fallback, {.dimension = dimension, .low = 0});
   if (!(value >= 0)) fail(key, "must not be negative");
   return value;
 }
@@ -95,11 +92,10 @@ Range ConfigNode::range(const std::string& key, Dimension dimension,
           "write [low, high]");
     }
   }
-  if (answer.low == answer.high) {
-    impl_->remember(key, yaml_quantity(answer.low, dimension));
-  } else {
-    impl_->remember(key, yaml_quantities({answer.low, answer.high}, dimension));
-  }
+  impl_->answer(key,
+                answer.low == answer.high ? yaml_quantity(answer.low, dimension)
+                                          : yaml_quantities({answer.low, answer.high}, dimension),
+                {.kind = "range", .dimension = dimension, .optional = fallback.has_value()});
   return answer;
 }
 
@@ -128,7 +124,8 @@ std::vector<Range> ConfigNode::ranges(const std::string& key, Dimension dimensio
                         ? yaml_quantity(ends.front(), dimension).value
                         : yaml_quantities({ends.front(), ends.back()}, dimension).value);
   }
-  impl_->remember(key, ConfigText{fmt::format("[{}]", fmt::join(texts, ", ")), ""});
+  impl_->answer(key, ConfigText{fmt::format("[{}]", fmt::join(texts, ", ")), ""},
+                {.kind = "ranges", .dimension = dimension, .count = count});
   return answer;
 }
 
@@ -149,7 +146,11 @@ std::vector<double> ConfigNode::quantities(const std::string& key, Dimension dim
     }
     answer = impl_->numbers(*value, key, dimension);
   }
-  impl_->remember(key, yaml_quantities(answer, dimension));
+  impl_->answer(key, yaml_quantities(answer, dimension),
+                {.kind = "quantities",
+                 .dimension = dimension,
+                 .count = count,
+                 .optional = fallback.has_value()});
   return answer;
 }
 
@@ -169,7 +170,8 @@ std::vector<double> ConfigNode::square_matrix(const std::string& key, Dimension 
       rows.push_back(yaml_quantities(row, dimension).value);
     }
   }
-  impl_->remember(key, ConfigText{fmt::format("[{}]", fmt::join(rows, ", ")), ""});
+  impl_->answer(key, ConfigText{fmt::format("[{}]", fmt::join(rows, ", ")), ""},
+                {.kind = "square_matrix", .dimension = dimension, .count = count});
   return answer;
 }
 
@@ -212,7 +214,11 @@ std::int64_t ConfigNode::integer(const std::string& key, std::int64_t low, std::
     }
     answer = *whole;
   }
-  impl_->remember(key, ConfigText{fmt::format("{}", answer), ""});
+  impl_->answer(key, ConfigText{fmt::format("{}", answer), ""},
+                {.kind = "integer",
+                 .low = static_cast<double>(low),
+                 .high = static_cast<double>(high),
+                 .optional = fallback.has_value()});
   return answer;
 }
 
@@ -228,7 +234,7 @@ bool ConfigNode::flag(const std::string& key, bool fallback) {
     }
     answer = yes;
   }
-  impl_->remember(key, ConfigText{answer ? "true" : "false", ""});
+  impl_->answer(key, ConfigText{answer ? "true" : "false", ""}, {.kind = "flag", .optional = true});
   return answer;
 }
 
@@ -237,7 +243,8 @@ std::string ConfigNode::text(const std::string& key, const std::optional<std::st
   if (const ConfigTree* value = impl_->value(key, "a text", fallback.has_value())) {
     answer = impl_->scalar(*value, key, "a text");
   }
-  impl_->remember(key, ConfigText{yaml_text(answer), ""});
+  impl_->answer(key, ConfigText{yaml_text(answer), ""},
+                {.kind = "text", .optional = fallback.has_value()});
   return answer;
 }
 
@@ -256,7 +263,8 @@ std::string ConfigNode::choice(const std::string& key, const std::vector<std::st
           wanted);
     }
   }
-  impl_->remember(key, ConfigText{yaml_text(answer), ""});
+  impl_->answer(key, ConfigText{yaml_text(answer), ""},
+                {.kind = "choice", .allowed = allowed, .optional = fallback.has_value()});
   return answer;
 }
 
@@ -276,11 +284,13 @@ std::vector<std::string> ConfigNode::texts(
   }
   std::vector<std::string> quoted;
   for (const std::string& one : answer) quoted.push_back(yaml_text(one));
-  impl_->remember(key, ConfigText{fmt::format("[{}]", fmt::join(quoted, ", ")), ""});
+  impl_->answer(key, ConfigText{fmt::format("[{}]", fmt::join(quoted, ", ")), ""},
+                {.kind = "texts", .optional = fallback.has_value()});
   return answer;
 }
 
 std::vector<std::string> ConfigNode::keys() const {
+  impl_->answer("", Impl::Existence{}, {.kind = "names"});
   return impl_->names();
 }
 
@@ -295,8 +305,8 @@ ConfigNode ConfigNode::child(const std::string& key) {
                         "write its keys indented below it");
   }
   auto child =
-      impl_->below(tree, tree != nullptr ? tree->place : impl_->place, impl_->path_of(key));
-  impl_->remember(key, child);
+      impl_->below(tree, tree != nullptr ? tree->place : impl_->place, impl_->path_of(key), {key});
+  impl_->answer(key, child, {.kind = "child", .optional = true});
   return ConfigNode(std::move(child));
 }
 
@@ -315,10 +325,11 @@ std::vector<ConfigNode> ConfigNode::children(const std::string& key) {
         if (item.kind != Kind::mapping && item.kind != Kind::nothing) {
           impl_->refuse_value(item, name, "a mapping of keys is wanted");
         }
-        list.push_back(impl_->below(&item, item.place, impl_->path_of(name)));
+        list.push_back(impl_->below(&item, item.place, impl_->path_of(name),
+                                    {key, fmt::format("[{}]", list.size())}));
       }
     }
-    impl_->remember(key, std::move(list));
+    impl_->answer(key, std::move(list), {.kind = "children", .optional = true});
     before = impl_->find_asked(key);
   }
   std::vector<ConfigNode> nodes;

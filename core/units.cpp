@@ -111,6 +111,8 @@ std::string plain_unit(std::string_view text) {
   return unit;
 }
 
+}  // namespace
+
 std::string_view dimension_name(Dimension dimension) {
   switch (dimension) {
     case Dimension::none:
@@ -147,7 +149,7 @@ std::string_view dimension_name(Dimension dimension) {
   return "quantity";
 }
 
-std::vector<std::string> names_of(Dimension dimension) {
+std::vector<std::string> unit_names(Dimension dimension) {
   std::vector<std::string> names;
   for (const Unit& unit : units) {
     if (unit.dimension == dimension) names.emplace_back(unit.name);
@@ -155,10 +157,12 @@ std::vector<std::string> names_of(Dimension dimension) {
   return names;
 }
 
+namespace {
+
 std::string units_hint(Dimension dimension) {
   if (dimension == Dimension::none) return "a plain number, or a percentage such as \"5 %\"";
   return fmt::format("units of a {}: {}; a bare number is in {}", dimension_name(dimension),
-                     fmt::join(names_of(dimension), ", "), unit_name(dimension));
+                     fmt::join(unit_names(dimension), ", "), unit_name(dimension));
 }
 
 [[noreturn]] void refuse_unit(std::string_view text, const std::string& unit, Dimension dimension) {
@@ -172,7 +176,7 @@ std::string units_hint(Dimension dimension) {
           wants_number ? "leave the unit out" : units_hint(dimension));
     }
   }
-  const std::string near = nearest_name(unit, names_of(dimension));
+  const std::string near = nearest_name(unit, unit_names(dimension));
   throw InputError(near.empty() ? fmt::format("\"{}\": unknown unit \"{}\"", text, unit)
                                 : fmt::format("\"{}\": unknown unit \"{}\"; did you mean \"{}\"?",
                                               text, unit, near),

@@ -36,6 +36,12 @@ double parse_unit_of_length(std::string_view name);
 /// SI unit of a dimension, e.g. "m"; "1" for none.
 std::string unit_name(Dimension dimension);
 
+/// What a dimension is called, e.g. "length"; "plain number" for none.
+std::string_view dimension_name(Dimension dimension);
+
+/// Units of a dimension without blanks, e.g. "m", "cm", ...; "%" for none.
+std::vector<std::string> unit_names(Dimension dimension);
+
 /// The candidate nearest to `word` by edit distance, or "" when none is near enough to be a slip.
 std::string nearest_name(std::string_view word, const std::vector<std::string>& candidates);
 

@@ -54,6 +54,40 @@ void ConfigNode::Impl::remember(const std::string& key, Answer answer) {
   }
 }
 
+namespace {
+
+thread_local HearAsk hear_ask;
+
+}  // namespace
+
+ConfigRecord::ConfigRecord(HearAsk hear) {
+  hear_ask = std::move(hear);
+}
+
+ConfigRecord::~ConfigRecord() {
+  hear_ask = nullptr;
+}
+
+void ConfigNode::Impl::answer(const std::string& key, Answer answer, const ConfigAsk& ask) {
+  if (hear_ask) {
+    std::vector<std::string> whole = steps;
+    if (!key.empty()) whole.push_back(key);
+    const auto* text = std::get_if<ConfigText>(&answer);
+    hear_ask(whole, ask, text != nullptr && entry(key) == nullptr ? &text->value : nullptr);
+  }
+  if (!key.empty()) remember(key, std::move(answer));
+}
+
+double ConfigNode::Impl::quantity(const std::string& key, std::optional<double> fallback,
+                                  ConfigAsk ask) {
+  ask.kind = "quantity";
+  ask.optional = fallback.has_value();
+  const ConfigTree* found = value(key, wanted_text(ask.dimension), ask.optional);
+  const double is = found != nullptr ? number(*found, key, ask.dimension) : *fallback;
+  answer(key, yaml_quantity(is, ask.dimension), ask);
+  return is;
+}
+
 void ConfigNode::Impl::refuse(const ConfigPlace& where, const std::string& full_path,
                               const std::string& message, const std::string& hint) const {
   const std::string start = where.text(document->file_name) + ": ";
@@ -184,12 +218,15 @@ std::vector<double> ConfigNode::Impl::numbers(const ConfigTree& list, const std:
 }
 
 ConfigNode::Impl::Pointer ConfigNode::Impl::below(const ConfigTree* value, const ConfigPlace& where,
-                                                  std::string name) const {
+                                                  std::string name,
+                                                  const std::vector<std::string>& further) const {
   auto one = std::make_shared<Impl>();
   one->document = document;
   one->tree = value;
   one->place = where;
   one->path = std::move(name);
+  one->steps = steps;
+  one->steps.insert(one->steps.end(), further.begin(), further.end());
   return one;
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/config.hpp"
+#include "core/config_record.hpp"
 #include "core/config_text.hpp"
 #include "core/config_tree.hpp"
 
@@ -31,7 +32,8 @@ struct ConfigNode::Impl {
   const ConfigTree* tree = nullptr;  ///< null when the mapping is missing
   ConfigPlace place;                 ///< of the mapping, or of the nearest one that exists
   std::string path;
-  std::vector<Asked> asked;  ///< in the order of asking
+  std::vector<std::string> steps;  ///< the same in its parts, as ConfigRecord hears it
+  std::vector<Asked> asked;        ///< in the order of asking
   std::vector<std::string> left_alone;
 
   std::string path_of(const std::string& key) const;
@@ -41,6 +43,9 @@ struct ConfigNode::Impl {
   Asked* find_asked(const std::string& key);
   const Asked* find_asked(const std::string& key) const;
   void remember(const std::string& key, Answer answer);
+  /// Remembers what was answered, and lets it be heard.
+  void answer(const std::string& key, Answer answer, const ConfigAsk& ask);
+  double quantity(const std::string& key, std::optional<double> fallback, ConfigAsk ask);
 
   /// Throws `place: full_path: message`.
   [[noreturn]] void refuse(const ConfigPlace& where, const std::string& full_path,
@@ -63,7 +68,9 @@ struct ConfigNode::Impl {
                               Dimension dimension) const;
 
   /// A mapping below this one, nothing asked of it yet.
-  Pointer below(const ConfigTree* value, const ConfigPlace& where, std::string name) const;
+  /// @param further  steps from this one to it
+  Pointer below(const ConfigTree* value, const ConfigPlace& where, std::string name,
+                const std::vector<std::string>& further) const;
 
   /// The resolved mapping, not indented.
   std::vector<std::string> lines() const;
