@@ -80,7 +80,8 @@ void OnFinish::note(std::string line) {
   if (pipe_ < 0) return;
   line += '\n';
   // Fits into the pipe, whose other end reads; without it the program works all the same.
-  if (write(pipe_, line.data(), line.size()) < 0) spdlog::debug("--on-finish: {}", std::strerror(errno));
+  if (write(pipe_, line.data(), line.size()) < 0)
+    spdlog::debug("--on-finish: {}", std::strerror(errno));
 }
 
 void OnFinish::finish(int code) {

@@ -47,8 +47,7 @@ void add_status(Program& program, Context& context) {
     std::string folder;
     bool watch = false;
   };
-  Command& command =
-      program.add("status", "how far a build is, or how it ended", Needs::nothing);
+  Command& command = program.add("status", "how far a build is, or how it ended", Needs::nothing);
   auto options = std::make_shared<Options>();
   command.option("folder", options->folder, "of the dataset or the sweep").required();
   command.flag("--watch", options->watch,

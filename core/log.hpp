@@ -21,7 +21,8 @@ void start_log(Detail detail, const std::string& file = "");
 /// Whether progress is shown on standard error.
 bool shows_progress();
 
-/// Into the log's file alone, where there is one: what a person sees by other means. Throws nothing.
+/// Into the log's file alone, where there is one: what a person sees by other means. Throws
+/// nothing.
 void log_to_file(std::string_view text);
 
 /// A line on a terminal that is drawn again and again: what is logged meanwhile takes its place,

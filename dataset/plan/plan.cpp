@@ -294,7 +294,7 @@ void add_simulations(const configuration::BuildConfig& config, BuildPlan& plan) 
     plan.samples.push_back(std::move(sample));
   }
   const auto each = static_cast<std::size_t>(
-      std::clamp(bytes_per_task / sample_bytes(config), 1.0, simulations_per_task));
+      std::clamp(bytes_per_task / sample_bytes(config).total(), 1.0, simulations_per_task));
   for (std::size_t from = 0; from < plan.samples.size(); from += each) {
     BuildTask task;
     task.kind = TaskKind::samples;

@@ -38,15 +38,16 @@ double age(const std::string& date) {
 
 core::InputError no_status(const fs::path& folder) {
   const core::WhatIs what = core::what_is(folder);
-  const std::string sweep = (fs::absolute(folder).lexically_normal() / "x").parent_path().parent_path().string();
+  const std::string sweep =
+      (fs::absolute(folder).lexically_normal() / "x").parent_path().parent_path().string();
   const bool variant = fs::exists(fs::path(sweep) / "sweep.json");
   return core::InputError(
       fmt::format("{}: {}", folder.string(),
                   what.name == "missing" ? "there is no such folder"
                                          : fmt::format("there is no {} in it", status_name)),
-      variant ? fmt::format("a variant of a sweep is built with the others: carillon status {}",
-                            sweep)
-              : "name the folder that `carillon build` makes");
+      variant
+          ? fmt::format("a variant of a sweep is built with the others: carillon status {}", sweep)
+          : "name the folder that `carillon build` makes");
 }
 
 std::string duration(const ordered_json& seconds) {
@@ -85,8 +86,9 @@ std::string state_text(const ordered_json& status) {
   }
   if (state == "interrupted") return "interrupted" + after + ": run the same command to go on";
   if (state == "lost") {
-    return fmt::format("no word since {}: killed, or its node is gone; run the same command to go on",
-                       status.at("updated").get<std::string>());
+    return fmt::format(
+        "no word since {}: killed, or its node is gone; run the same command to go on",
+        status.at("updated").get<std::string>());
   }
   return "ended by an error" + after +
          (status.contains("error") ? ": " + status.at("error").get<std::string>() : "");
@@ -127,13 +129,13 @@ ordered_json read_status(const fs::path& folder) {
   }
   status["running"] = ordered_json::array();
   for (const mpi::BegunTask& task : mpi::begun_tasks(running_file(folder, 0).parent_path()))
-    status["running"].push_back(
-        {{"task", task.task}, {"stage", task.stage}, {"item", task.item}});
+    status["running"].push_back({{"task", task.task}, {"stage", task.stage}, {"item", task.item}});
   return status;
 }
 
 std::string status_text(const ordered_json& status) {
-  std::string text = fmt::format("{}: {}\n", status.at("name").get<std::string>(), state_text(status));
+  std::string text =
+      fmt::format("{}: {}\n", status.at("name").get<std::string>(), state_text(status));
   const auto line = [&](const char* name, const std::string& value) {
     text += fmt::format("  {:<10} {}\n", name, value);
   };

@@ -78,9 +78,8 @@ ordered_json Tally::to_json() const {
 }
 
 std::string Tally::text() const {
-  std::string text =
-      fmt::format("{} of {} samples  {} of {} objects", samples_.done, samples_.all, objects_.done,
-                  objects_.all);
+  std::string text = fmt::format("{} of {} samples  {} of {} objects", samples_.done, samples_.all,
+                                 objects_.done, objects_.all);
   if (tasks_.failed > 0)
     text += fmt::format("  {} task{} failed", tasks_.failed, tasks_.failed == 1 ? "" : "s");
   return text + "  " + core::human_bytes(static_cast<double>(bytes_));

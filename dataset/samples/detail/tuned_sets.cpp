@@ -115,8 +115,7 @@ solvers::pitch::PitchResult make_tuned_sets(const configuration::BuildConfig& co
     const double longest =
         solvers::mesh::bounding_box(made.sets.front().surface.nodes).longest_side();
     for (const plan::Variant& variant : shape.variants) {
-      scene::check_size(longest * variant.size,
-                        config.objects[shape.source].object.file.any_size);
+      scene::check_size(longest * variant.size, config.objects[shape.source].object.file.any_size);
     }
     return made;
   }
