@@ -138,7 +138,8 @@ void add_surface(const solvers::modes::ModeSurface& surface, const GallerySkin& 
 /// @return null where its surface and some modes take more than `bytes`
 ordered_json object_of(const dataset::plan::Shape& shape, const dataset::plan::Variant& variant,
                        const solvers::modes::Modes& modes,
-                       const std::vector<synth::material::Material>& materials, std::size_t bytes) {
+                       const std::vector<synth::material::Material>& materials, double size,
+                       std::size_t bytes) {
   const std::size_t wanted = std::min(modes.size(), max_modes);
   const GallerySkin skin = skin_that_fits(modes.surface, wanted, bytes);
   const std::size_t count = skin.modes;
@@ -146,9 +147,11 @@ ordered_json object_of(const dataset::plan::Shape& shape, const dataset::plan::V
 
   ordered_json object = {{"name", fmt::format("{}, {}", shape.id, variant.material)},
                          {"object", shape.id},
-                         {"size", variant.size}};
-  if (variant.size != 1) {
-    object["name"] = fmt::format("{}, size {}", object["name"].get<std::string>(), variant.size);
+                         {"size", size}};
+  if (variant.tune > 0 || size != 1) {
+    object["name"] =
+        fmt::format("{}, {} {}", object["name"].get<std::string>(),
+                    variant.tune > 0 ? "tuned to" : "size", dataset::plan::size_name(variant));
   }
   add_material(materials, variant.material, object);
   add_damping(modes, count, materials, object);
@@ -188,7 +191,7 @@ ordered_json gallery_objects(const dataset::stored::StoredDataset& dataset, Repo
         continue;
       }
       ordered_json object = object_of(shape, shape.variants[v], modes, solved.materials(v),
-                                      share.bytes / (count - i));
+                                      solved.size(v), share.bytes / (count - i));
       if (object.is_null()) {
         ++large;
         continue;

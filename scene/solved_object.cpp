@@ -167,7 +167,7 @@ SolvedObject solve_object(const ObjectRequest& request, MPI_Comm comm,
                              .linear_solver = solve.linear_solver,
                              .memory_limit = solve.memory_limit,
                              .max_unknowns = request.max_unknowns,
-                             .limits = {},
+                             .limits = request.limits,
                              .cache = cache};
     auto result = refine_to_pitch(search, solve_mesh, comm, object.trace);
     object.mesh = std::move(result.mesh);
@@ -176,7 +176,7 @@ SolvedObject solve_object(const ObjectRequest& request, MPI_Comm comm,
   } else {
     {
       const core::ScopedTimer timer(mesh_entry(object.trace, request.mesh, cache));
-      object.mesh = shared_mesh(request.mesh, {}, cache, comm);
+      object.mesh = shared_mesh(request.mesh, request.limits, cache, comm);
     }
     object.modes = std::move(solve_mesh(object.mesh).front());
   }

@@ -27,6 +27,7 @@ struct ObjectRequest {
   solvers::eigen::SolveOptions solve;
   double pitch_cents = 0;  ///< refine until the worst mode is within it; 0: as it comes
   std::int64_t max_unknowns = solvers::pitch::usual_max_unknowns;  ///< of refinements
+  solvers::mesher::ChildLimits limits{};                           ///< of meshing
   std::vector<Vec3> struck{};  ///< points [m] refused as by nearest_point(), before a long solve
 };
 

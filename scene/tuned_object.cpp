@@ -38,13 +38,15 @@ double untuned_side(const ObjectRequest& request, MPI_Comm comm,
   if (!request.mesh.shape.family.empty()) {
     return solvers::families::extent_of(request.mesh.shape).longest_side;
   }
-  const solvers::mesh::MeshResult mesh = shared_mesh(request.mesh, {}, cache, comm);
+  const solvers::mesh::MeshResult mesh = shared_mesh(request.mesh, request.limits, cache, comm);
   return solvers::mesh::bounding_box(mesh.mesh.nodes).longest_side();
 }
 
-/// Frequency of the mode at the request's size [Hz], as its first setting has it.
-double frequency_before(ObjectRequest probe, int mode, MPI_Comm comm,
-                        const std::filesystem::path& cache, core::Trace& trace) {
+}  // namespace
+
+double untuned_frequency(ObjectRequest probe, int mode, MPI_Comm comm,
+                         const std::filesystem::path& cache, core::Trace& trace) {
+  probe.any_size = probe.mesh.file.any_size = true;  // that size is not the object's
   probe.pitch_cents = 0;
   probe.solve.estimate_errors = false;
   // Beyond the mode, so that no cluster of equal frequencies that it begins is left out.
@@ -69,6 +71,8 @@ double frequency_before(ObjectRequest probe, int mode, MPI_Comm comm,
       fmt::format("no mode {} was found up to {:.3g} Hz, to tune the object by", mode, top / 4));
 }
 
+namespace {
+
 /// An object in another size, its mesh too.
 void scale_object(SolvedObject& object, double size) {
   object.size = size;
@@ -88,14 +92,13 @@ SolvedObject solve_tuned(const ObjectRequest& request, const Tuning& tuning, MPI
   ObjectRequest untuned = request;
   untuned.any_size = untuned.mesh.file.any_size = true;  // that size is not the object's
   core::Trace trace;
-  double size = frequency_before(untuned, tuning.mode, comm, cache, trace) / tuning.frequency;
+  double size = untuned_frequency(untuned, tuning.mode, comm, cache, trace) / tuning.frequency;
   // Modes below the band lie below the one that is tuned.
   untuned.solve.band.min_frequency = 0;
   untuned.solve.band.max_modes = request.solve.band.max_modes + tuning.mode - 1;
-  constexpr double margin = 1.02;  // for what the first solve was off
   constexpr int tries = 4;
   for (int attempt = 1;; ++attempt) {
-    untuned.solve.band.max_frequency = margin * size * request.solve.band.max_frequency;
+    untuned.solve.band.max_frequency = tuning_margin * size * request.solve.band.max_frequency;
     SolvedObject object = solve_object(untuned, comm, cache);
     trace.merge(object.trace);
     if (object.modes.size() < static_cast<std::size_t>(tuning.mode)) {

@@ -13,6 +13,18 @@ struct Tuning {
   int mode = 1;          ///< flexible mode that is at it, counted from the lowest of all
 };
 
+/// Frequency [Hz] of a mode of a request's object at the request's size, by a solve of the lowest
+/// modes alone without a pitch target: a first estimate for whoever tunes it.
+/// @param mode  counted from 1, the lowest
+/// @param trace  what the solve took is added
+/// @throws InputError  there is no such mode; and as solve_object()
+/// @note Collective on comm.
+double untuned_frequency(ObjectRequest request, int mode, MPI_Comm comm,
+                         const std::filesystem::path& cache, core::Trace& trace);
+
+/// How far above a band tuned modes are solved, for what their first estimate was off.
+constexpr double tuning_margin = 1.02;
+
 /// solve_object() of an object of the request's proportions in another size: every length is
 /// multiplied by the one factor (SolvedObject::size) that brings a mode to a pitch. The modes are
 /// solved at the request's size, up to where the band then lies, and rescale() is exact: the mode

@@ -78,6 +78,17 @@ std::vector<Row> read_rows(const DatasetFolder& folder, const std::vector<std::s
   return rows;
 }
 
+namespace {
+
+/// A sample's size as its key has it: a pitch is no column, the size that it led to is.
+std::string size_of(const DatasetFolder& folder, const plan::Sample& sample, double size) {
+  plan::Variant variant = folder.dataset.build.plan.shapes[sample.shape].variants[sample.variant];
+  variant.size = size;
+  return plan::size_name(variant);
+}
+
+}  // namespace
+
 Finding check_ids(const DatasetFolder& folder, const std::vector<Row>& rows) {
   std::map<std::string, const plan::Sample*> planned;
   for (const plan::Sample& sample : folder.dataset.build.plan.samples)
@@ -85,9 +96,12 @@ Finding check_ids(const DatasetFolder& folder, const std::vector<Row>& rows) {
   std::map<std::uint64_t, std::string> seen;
   std::vector<std::string> items;
   for (const Row& row : rows) {
+    const auto known = planned.find(row.key);
+    const std::string size = known == planned.end() ? fmt::format("{}", row.size)
+                                                    : size_of(folder, *known->second, row.size);
     const std::string key = row.simulation ? fmt::format("simulation-{:04}", row.strike)
                                            : fmt::format("{}/{}/{}/strike-{:04}", row.shape,
-                                                         row.material, row.size, row.strike);
+                                                         row.material, size, row.strike);
     if (row.key != key) items.push_back(fmt::format("{}: its labels make {}", row.key, key));
     if (row.id != core::stable_hash(row.key)) {
       items.push_back(fmt::format("{}: id {} is not of its key", row.key, row.id));

@@ -133,6 +133,27 @@ std::vector<scene::motion::CastObject> cast_objects(const BuildConfig& config) {
   return objects;
 }
 
+/// Every pitch that an object is tuned to is that of a mode which the build has.
+void check_tuning(ConfigNode& root, const BuildConfig& config) {
+  const solvers::modes::Band& band = config.band;
+  for (const ObjectSource& source : config.objects) {
+    const std::string place = fmt::format("objects[{}]", source.entry);
+    for (const double pitch : source.tune) {
+      if (pitch >= band.min_frequency && pitch <= band.max_frequency) continue;
+      root.fail("objects",
+                fmt::format("{}.tune: {:.6g} Hz lies outside the band of {:.6g} to {:.6g} Hz",
+                            place, pitch, band.min_frequency, band.max_frequency),
+                "change modes.min_frequency or modes.max_frequency");
+    }
+    if (!source.tune.empty() && source.tune_mode > band.max_modes) {
+      root.fail("objects",
+                fmt::format("{}.tune_mode: mode {} is none of the {} that are asked for", place,
+                            source.tune_mode, band.max_modes),
+                "modes count from 1, the lowest; modes.max_modes bounds them");
+    }
+  }
+}
+
 /// Nothing is solved that no simulation needs, and objects that move radiate by equivalent sources.
 void check_cast(ConfigNode& root, const BuildConfig& config) {
   const std::vector<scene::motion::CastBody>& bodies = config.motion->bodies;
@@ -151,6 +172,12 @@ void check_cast(ConfigNode& root, const BuildConfig& config) {
           "objects",
           fmt::format("\"{}\" has a drawn size, which bodies in motion lack", source.object.name),
           "give it `sizes`, and the body one of them");
+    }
+    if (!source.tune.empty()) {
+      root.fail(
+          "objects",
+          fmt::format("\"{}\" is tuned, and bodies in motion have given sizes", source.object.name),
+          "`carillon modes --tune` tells the size of a pitch: give it as `sizes`");
     }
   }
   if (root.has("variants")) {
@@ -237,6 +264,7 @@ BuildConfig read_build_config(const std::string& text, const std::string& file_n
                                     .parts = config.split.parts(),
                                     .with_files = with_files});
   scene::read_modes(root.child("modes"), config.scene.audio.sample_rate, config);
+  check_tuning(root, config);
   if (root.has("motion")) {
     config.motion = scene::motion::read_motion(root.child("motion"), file_name,
                                                cast_objects(config), config.own_materials);

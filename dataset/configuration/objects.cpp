@@ -53,6 +53,24 @@ void read_sizes(ConfigNode& node, ObjectSource& source) {
   }
 }
 
+/// Pitches instead of sizes.
+void read_tune(ConfigNode& node, ObjectSource& source) {
+  for (const char* other : {"sizes", "drawn_size", "length"}) {
+    if (!node.has(other)) continue;
+    node.fail("tune", fmt::format("`tune` and `{}` both say how large the object is", other),
+              "keep one of them");
+  }
+  source.sizes = {1};
+  source.tune = node.is_list("tune") ? node.quantities("tune", Dimension::frequency)
+                                     : std::vector{node.quantity("tune", Dimension::frequency)};
+  if (source.tune.empty()) node.fail("tune", "no pitch is named");
+  refuse_doubles(node, "tune", source.tune);
+  for (const double pitch : source.tune) {
+    if (!(pitch > 0)) node.fail("tune", "a pitch is positive", "write it as 440 Hz");
+  }
+  source.tune_mode = static_cast<int>(node.integer("tune_mode", 1, 100000, 1));
+}
+
 }  // namespace
 
 std::vector<ObjectSource> read_objects(ConfigNode& node,
@@ -65,7 +83,14 @@ std::vector<ObjectSource> read_objects(ConfigNode& node,
   if (!source.object.family.empty()) {
     source.count = static_cast<int>(node.integer("count", 1, 1000000, 1));
   }
-  read_sizes(node, source);
+  if (node.has("tune")) {
+    read_tune(node, source);
+  } else {
+    if (node.has("tune_mode")) {
+      node.fail("tune_mode", "there is no `tune`", "give the pitch too, as in tune: 440 Hz");
+    }
+    read_sizes(node, source);
+  }
   if (source.object.manifest.empty()) return {source};
   return core::at_key(node, "manifest", [&] { return rows_of_manifest(source, own); });
 }

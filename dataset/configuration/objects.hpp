@@ -34,6 +34,8 @@ struct ObjectSource {
   int count = 1;                        ///< instances of a family: name-000, name-001, ...
   std::vector<double> sizes;            ///< factors on every length
   std::optional<DrawnSize> drawn_size;  ///< one more, each instance its own
+  std::vector<double> tune;             ///< instead: pitches, each brought about by a size [Hz]
+  int tune_mode = 1;                    ///< mode that is at them, counted from the lowest
 };
 
 enum class Which { all, first, last };
@@ -60,7 +62,8 @@ std::vector<std::string> object_files(const scene::Object& object);
 /// Equal for entries that have the same files.
 std::string files_key(const scene::Object& object);
 
-/// scene::read_object() with `count`, `sizes` and `drawn_size`; the rows of a `manifest:` each.
+/// scene::read_object() with `count`, `sizes`, `drawn_size` and `tune`; the rows of a `manifest:`
+/// each.
 /// @throws ConfigError  of a manifest with every row that is wrong, each with its line
 std::vector<ObjectSource> read_objects(core::ConfigNode& node,
                                        const std::vector<std::string>& shared_materials,

@@ -4,33 +4,35 @@ namespace carillon::dataset::plan {
 
 namespace {
 
-/// Of what a simulation has beside its sound.
-double simulation_bytes(const configuration::BuildConfig& config) {
+/// What a simulation has beside its sound.
+void add_simulation(const configuration::BuildConfig& config, SampleBytes& bytes) {
   const scene::motion::MotionConfig& motion = *config.motion;
   const double seconds = config.scene.audio.seconds;
   constexpr double pose = 7 * 8, strike = 15 * 8, tick = 9 * 8;
-  double bytes = pose * seconds * motion.state_rate * static_cast<double>(motion.bodies.size() + 1);
-  bytes += strike * motion.kept_strikes;
-  if (motion.stylus) bytes += tick * seconds / motion.options.time_step;
+  bytes.motion = pose * seconds * motion.state_rate * static_cast<double>(motion.bodies.size() + 1);
+  bytes.motion += strike * motion.kept_strikes;
+  if (motion.stylus) bytes.motion += tick * seconds / motion.options.time_step;
   if (motion.camera) {
     const int values = 3 + (motion.camera->depth ? 4 : 0) + (motion.camera->masks ? 1 : 0);
-    bytes += motion.camera->pixels(seconds) * values;
+    bytes.pixels = motion.camera->pixels(seconds) * values;
   }
-  return bytes;
 }
 
 }  // namespace
 
-double sample_bytes(const configuration::BuildConfig& config) {
+SampleBytes sample_bytes(const configuration::BuildConfig& config) {
+  const scene::AudioConfig& audio = config.scene.audio;
   const double rows = static_cast<double>(config.scene.rows());
-  const double audio = static_cast<double>(config.scene.audio.samples()) *
-                       (config.scene.audio.dtype == core::SampleFormat::int16 ? 2 : 4);
-  const double mel = config.mel
-                         ? 4.0 * config.mel->bands *
-                               synth::signal::mel_frames(config.scene.audio.samples(), *config.mel)
-                         : 0;
-  return rows * (audio * (config.wav ? 2 : 1) + mel) +
-         (config.motion ? simulation_bytes(config) : 0);
+  SampleBytes bytes;
+  bytes.audio = rows * static_cast<double>(audio.samples()) *
+                (audio.dtype == core::SampleFormat::int16 ? 2 : 4);
+  if (config.wav) bytes.wav = bytes.audio;
+  if (config.mel) {
+    bytes.mel =
+        rows * 4.0 * config.mel->bands * synth::signal::mel_frames(audio.samples(), *config.mel);
+  }
+  if (config.motion) add_simulation(config, bytes);
+  return bytes;
 }
 
 }  // namespace carillon::dataset::plan

@@ -31,6 +31,12 @@ std::string part_of_split(const configuration::BuildConfig& config, const std::s
   return "train";
 }
 
+std::string size_name(const Variant& variant) {
+  if (variant.tune == 0) return fmt::format("{}", variant.size);
+  const std::string pitch = fmt::format("{}Hz", variant.tune);
+  return variant.tune_mode == 1 ? pitch : fmt::format("{}-mode-{}", pitch, variant.tune_mode);
+}
+
 namespace {
 
 /// Where its folder says train or test, validation is a fraction of train.
@@ -79,12 +85,15 @@ std::vector<Variant> make_variants(const configuration::BuildConfig& config,
     return which == configuration::Which::all ||
            i == (which == configuration::Which::first ? 0 : count - 1);
   };
+  const bool tuned = !source.tune.empty();
+  const std::size_t count = tuned ? source.tune.size() : sizes.size();
   std::vector<Variant> variants;
   for (std::size_t m = 0; m < materials.size(); ++m) {
-    for (std::size_t s = 0; s < sizes.size(); ++s) {
-      variants.push_back({materials[m], sizes[s],
+    for (std::size_t s = 0; s < count; ++s) {
+      variants.push_back({materials[m], tuned ? 1 : sizes[s],
                           chosen(config.sounding.materials, m, materials.size()) &&
-                              chosen(config.sounding.sizes, s, sizes.size())});
+                              chosen(config.sounding.sizes, s, count),
+                          tuned ? source.tune[s] : 0, source.tune_mode});
     }
   }
   return variants;
@@ -246,7 +255,7 @@ void add_samples(const configuration::BuildConfig& config, std::size_t shape_ind
       if (!shape.variants[v].sounds) continue;
       Sample sample;
       sample.key = fmt::format("{}/{}/{}/strike-{:04}", shape.id, shape.variants[v].material,
-                               shape.variants[v].size, strike);
+                               size_name(shape.variants[v]), strike);
       sample.id = core::stable_hash(sample.key);
       sample.shape = shape_index;
       sample.variant = v;
@@ -285,7 +294,7 @@ void add_simulations(const configuration::BuildConfig& config, BuildPlan& plan) 
     plan.samples.push_back(std::move(sample));
   }
   const auto each = static_cast<std::size_t>(
-      std::clamp(bytes_per_task / sample_bytes(config), 1.0, simulations_per_task));
+      std::clamp(bytes_per_task / sample_bytes(config).total(), 1.0, simulations_per_task));
   for (std::size_t from = 0; from < plan.samples.size(); from += each) {
     BuildTask task;
     task.kind = TaskKind::samples;

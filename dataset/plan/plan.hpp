@@ -22,9 +22,15 @@ struct FileSurface {
 /// A shape made of a material at a size.
 struct Variant {
   std::string material;  ///< name, or group=name,... for an object of several
-  double size = 1;       ///< factor on every length
+  double size = 1;       ///< factor on every length; of a tuned one as far as it is known
   bool sounds = true;    ///< samples are made of it; the modes serve the others, too
+  double tune = 0;       ///< pitch that its size gives it [Hz]; 0: its size is given
+  int tune_mode = 1;     ///< mode that is at the pitch, counted from the lowest
 };
+
+/// What tells a variant from others of its material: its size, or its pitch as 440Hz and, where the
+/// mode is not the lowest, 440Hz-mode-2. Part of keys.
+std::string size_name(const Variant& variant);
 
 /// One object: what to mesh, and the variants that ring.
 struct Shape {

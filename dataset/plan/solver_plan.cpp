@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <map>
 #include <string>
 
@@ -93,6 +94,14 @@ std::vector<SolverChoice> plan_solver(const configuration::BuildConfig& config,
   std::vector<SolverChoice> list = {shapes_of(scene::ObjectSolver::axisymmetric, plan),
                                     shapes_of(scene::ObjectSolver::tetrahedra, plan)};
   const bool has_tetrahedra = list.back().value != 0;
+  const auto tuned = std::count_if(plan.shapes.begin(), plan.shapes.end(), [](const Shape& shape) {
+    return shape.variants.front().tune > 0;
+  });
+  if (tuned > 0) {
+    list.push_back({"tuned", tuned, fmt::format("{} shape{}", tuned, tuned == 1 ? "" : "s"),
+                    "every length is scaled to the pitch of objects[].tune in each material, once "
+                    "the modes are known; what is estimated is meant at the size before"});
+  }
   list.push_back({"pitch_target", refined ? json(config.pitch_cents) : json(),
                   refined ? fmt::format("{:.4g} cents", config.pitch_cents) : "none",
                   refined ? "each object is refined until its worst mode's estimate is below it"

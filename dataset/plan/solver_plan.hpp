@@ -16,9 +16,9 @@ struct SolverChoice {
   std::string reason{};
 };
 
-/// axisymmetric and tetrahedra (how many shapes each solves), band, max_modes, pitch_target; and
-/// where there are tetrahedra order, element_size, max_elements, edge_layers, max_unknowns,
-/// eigen_solver, linear_solver, mirror_planes, memory_limit.
+/// axisymmetric and tetrahedra (how many shapes each solves), where some are tuned how many, band,
+/// max_modes, pitch_target; and where there are tetrahedra order, element_size, max_elements,
+/// edge_layers, max_unknowns, eigen_solver, linear_solver, mirror_planes, memory_limit.
 std::vector<SolverChoice> plan_solver(const configuration::BuildConfig& config,
                                       const BuildPlan& plan);
 

@@ -71,7 +71,7 @@ std::string modes_identity(const configuration::BuildConfig& config, const plan:
       solvers::modes::name_of(s.solver), solvers::modes::name_of(s.linear_solver), s.mirror_planes);
   const configuration::ObjectSource& source = config.objects[shape.source];
   for (const plan::Variant& variant : shape.variants) {
-    text += fmt::format(" {} {}", variant.material, variant.size);
+    text += fmt::format(" {} {}", variant.material, plan::size_name(variant));
     std::vector<std::string> names = {variant.material};
     if (!source.object.groups.empty()) {
       names.clear();

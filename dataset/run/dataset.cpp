@@ -131,7 +131,14 @@ nlohmann::json describe_shapes(const plan::BuildPlan& plan, const nlohmann::json
     }
     nlohmann::json variants = nlohmann::json::array();
     for (const plan::Variant& v : shape.variants) {
-      variants.push_back({{"material", v.material}, {"size", v.size}});
+      variants.push_back({{"material", v.material}});
+      nlohmann::json& variant = variants.back();
+      if (v.tune > 0) {
+        variant["tune_hz"] = v.tune;
+        variant["tune_mode"] = v.tune_mode;
+      } else {
+        variant["size"] = v.size;
+      }
     }
     entry["variants"] = variants;
     list.push_back(entry);

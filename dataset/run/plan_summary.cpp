@@ -7,7 +7,6 @@
 #include <set>
 
 #include "core/progress.hpp"
-#include "dataset/plan/disk.hpp"
 #include "dataset/run/costs.hpp"
 #include "dataset/samples/cast.hpp"
 
@@ -39,7 +38,7 @@ PlanSummary summarise_plan(const LoadedBuild& build) {
   for (const plan::BuildTask& task : build.plan.tasks) {
     ++(task.kind == plan::TaskKind::modes ? out.modes_tasks : out.samples_tasks);
   }
-  out.disk_bytes = plan::sample_bytes(build.config) * static_cast<double>(out.samples);
+  out.disk = expected_bytes(build);
   if (build.config.motion) {
     std::set<std::string> played;
     for (const scene::motion::CastBody& body : build.config.motion->bodies)
@@ -78,7 +77,8 @@ json to_json(const PlanSummary& plan) {
           {"estimate",
            {{"rank_seconds", plan.rank_seconds},
             {"memory_bytes_per_rank", plan.memory_per_rank},
-            {"disk_bytes", plan.disk_bytes}}}};
+            {"disk_bytes", plan.disk.total()},
+            {"disk", to_json(plan.disk)}}}};
 }
 
 std::string plan_text(const PlanSummary& plan) {
@@ -107,10 +107,10 @@ std::string plan_text(const PlanSummary& plan) {
         "simulations of all parts of the split share {}: too few instances to hold some out\n",
         fmt::join(plan.shared_between_parts, ", "));
   }
-  return text +
-         fmt::format("about {} of one rank, {} of memory per rank, {} on disk before compression\n",
-                     core::human_duration(plan.rank_seconds),
-                     core::human_bytes(plan.memory_per_rank), core::human_bytes(plan.disk_bytes));
+  return text + fmt::format("about {} of one rank, {} of memory per rank, {} on disk: {}\n",
+                            core::human_duration(plan.rank_seconds),
+                            core::human_bytes(plan.memory_per_rank),
+                            core::human_bytes(plan.disk.total()), bytes_text(plan.disk));
 }
 
 }  // namespace carillon::dataset::run

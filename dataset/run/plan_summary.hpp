@@ -7,6 +7,7 @@
 
 #include "dataset/plan/solver_plan.hpp"
 #include "dataset/run/build.hpp"
+#include "dataset/run/expected_bytes.hpp"
 #include "scene/scene.hpp"
 
 namespace carillon::dataset::run {
@@ -22,7 +23,7 @@ struct PlanSummary {
   std::vector<scene::PlannedEffect> effects{};
   double rank_seconds = 0;     ///< estimated, of one rank [s]
   double memory_per_rank = 0;  ///< estimated peak [byte]
-  double disk_bytes = 0;       ///< before compression
+  ExpectedBytes disk{};        ///< of all files
 };
 PlanSummary summarise_plan(const LoadedBuild& build);
 

@@ -26,7 +26,8 @@ void add_files(const LoadedBuild& build, FileCounts& files) {
   for (const plan::Sample& sample : plan.samples) ++sounds[sample.shape];
   const std::size_t largest_sounds =
       wav > 0 ? *std::max_element(sounds.begin(), sounds.end()) : std::size_t{0};
-  const double bytes = plan::sample_bytes(build.config);
+  const plan::SampleBytes each = plan::sample_bytes(build.config);
+  const double bytes = each.total() - each.wav;
   files.modes += plan.shapes.size();
   files.shards += shards;
   files.wav += wav;

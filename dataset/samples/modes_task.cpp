@@ -10,6 +10,7 @@
 #include "core/hdf5.hpp"
 #include "core/image.hpp"
 #include "core/storage_error.hpp"
+#include "dataset/samples/detail/tuned_sets.hpp"
 #include "dataset/samples/shape_modes.hpp"
 #include "mpi/comm.hpp"
 #include "scene/pitch.hpp"
@@ -176,7 +177,8 @@ ModeSets group_variants(const std::vector<std::vector<synth::material::Material>
       fastest.push_back(slow);
     }
     // The slowest variant has the most modes in the band: its set serves the others.
-    if (slow > slowest[s]) sets.requests[s].regions = regions;
+    constexpr double rounding = 1e-12;  // tuned to one pitch in two materials, both are as slow
+    if (slow > slowest[s] * (1 + rounding)) sets.requests[s].regions = regions;
     slowest[s] = std::max(slowest[s], slow);
     fastest[s] = std::min(fastest[s], slow);
     sets.variants[v].set = s;
@@ -204,21 +206,28 @@ namespace {
 /// @param longest  its longest side [m]
 /// @throws InputError  a variant of a size that is a slip, or regions without a material
 ModeSets wanted_sets(const configuration::BuildConfig& config, const plan::Shape& shape,
-                     double longest, const std::vector<std::string>& regions) {
+                     const solvers::modes::Band& band, double longest,
+                     const std::vector<std::string>& regions) {
   std::vector<std::vector<synth::material::Material>> materials;
   for (const plan::Variant& variant : shape.variants) {
     scene::check_size(longest * variant.size, config.objects[shape.source].object.file.any_size);
     materials.push_back(plan::variant_materials(config, shape, variant, regions));
   }
-  return group_variants(materials, shape.variants, config.band);
+  return group_variants(materials, shape.variants, band);
 }
 
 /// Solves the mode sets of meshes that serve every variant of a shape.
 class SetsOfMeshes {
  public:
   SetsOfMeshes(const configuration::BuildConfig& config, const plan::Shape& shape,
-               const BuildFolders& folders, MPI_Comm comm, core::Trace& trace)
-      : config_(config), shape_(shape), folders_(folders), comm_(comm), trace_(trace) {}
+               const solvers::modes::Band& band, const BuildFolders& folders, MPI_Comm comm,
+               core::Trace& trace)
+      : config_(config),
+        shape_(shape),
+        band_(band),
+        folders_(folders),
+        comm_(comm),
+        trace_(trace) {}
 
   /// All sets of a mesh.
   std::vector<solvers::modes::Modes> all(const solvers::mesh::MeshResult& mesh) {
@@ -247,7 +256,8 @@ class SetsOfMeshes {
 
   Requests requests_of(const solvers::mesh::MeshResult& mesh) const {
     const double longest = solvers::mesh::bounding_box(mesh.mesh.nodes).longest_side();
-    Requests requests = wanted_sets(config_, shape_, longest, mesh.mesh.region_names).requests;
+    Requests requests =
+        wanted_sets(config_, shape_, band_, longest, mesh.mesh.region_names).requests;
     if (config_.pitch_cents > 0) {
       for (auto& request : requests) request.band = solvers::pitch::judged_band(request.band);
     }
@@ -283,6 +293,7 @@ class SetsOfMeshes {
 
   const configuration::BuildConfig& config_;
   const plan::Shape& shape_;
+  const solvers::modes::Band band_;
   const BuildFolders& folders_;
   MPI_Comm comm_;
   core::Trace& trace_;
@@ -293,13 +304,14 @@ class SetsOfMeshes {
 
 /// Mesh and mode sets as the configuration asks: as they come, or refined to a pitch target.
 solvers::pitch::PitchResult make_sets(const configuration::BuildConfig& config,
-                                      const plan::Shape& shape, const BuildFolders& folders,
-                                      MPI_Comm comm, core::Trace& trace) {
+                                      const plan::Shape& shape, const solvers::modes::Band& band,
+                                      const BuildFolders& folders, MPI_Comm comm,
+                                      core::Trace& trace) {
   if (shape.solver.solver == scene::ObjectSolver::axisymmetric) {
     trace.enter("solve");
     const solvers::mesh::GeneratedShape& turned = shape.request.shape;
     const ModeSets sets =
-        wanted_sets(config, shape, scene::longest_side_of_turned(turned), {"body"});
+        wanted_sets(config, shape, band, scene::longest_side_of_turned(turned), {"body"});
     scene::TurnedOptions options{config.solver, config.pitch_cents, 0};
     options.solve.time = configuration::solve_clock(config.limits);
     solvers::pitch::PitchResult solved;
@@ -309,7 +321,7 @@ solvers::pitch::PitchResult make_sets(const configuration::BuildConfig& config,
     return solved;
   }
   trace.enter("mesh");
-  SetsOfMeshes sets_of(config, shape, folders, comm, trace);
+  SetsOfMeshes sets_of(config, shape, band, folders, comm, trace);
   const auto solve = [&](const solvers::mesh::MeshResult& mesh) {
     trace.enter("solve");
     std::vector<solvers::modes::Modes> sets = sets_of.all(mesh);
@@ -345,16 +357,21 @@ solvers::pitch::PitchResult make_sets(const configuration::BuildConfig& config,
   return result;
 }
 
-/// The same; what is wrong with a manifest's file names its row.
+/// The same, of a tuned shape with the sizes that its variants get; what is wrong with a manifest's
+/// file names its row.
 solvers::pitch::PitchResult make_placed_sets(const configuration::BuildConfig& config,
-                                             const plan::Shape& shape, const BuildFolders& folders,
+                                             plan::Shape& shape, const BuildFolders& folders,
                                              MPI_Comm comm, core::Trace& trace) {
   const auto placed = [&shape](const core::Error& error) {
     return shape.place.empty() ? error.message()
                                : fmt::format("{}: {}", shape.place, error.message());
   };
   try {
-    return make_sets(config, shape, folders, comm, trace);
+    if (!is_tuned(shape)) return make_sets(config, shape, config.band, folders, comm, trace);
+    const auto at_sizes = [&](const plan::Shape& sized, const solvers::modes::Band& band) {
+      return make_sets(config, sized, band, folders, comm, trace);
+    };
+    return make_tuned_sets(config, folders, comm, trace, at_sizes, shape);
   } catch (const core::StorageError&) {
     throw;
   } catch (const core::InputError& error) {
@@ -366,8 +383,9 @@ solvers::pitch::PitchResult make_placed_sets(const configuration::BuildConfig& c
 
 }  // namespace
 
-ModesTaskResult run_modes_task(const configuration::BuildConfig& config, const plan::Shape& shape,
+ModesTaskResult run_modes_task(const configuration::BuildConfig& config, const plan::Shape& planned,
                                const BuildFolders& folders, MPI_Comm comm, core::Trace& trace) {
+  plan::Shape shape = planned;
   const solvers::pitch::PitchResult made = make_placed_sets(config, shape, folders, comm, trace);
   const std::vector<solvers::modes::Modes>& modes = made.sets;
   const solvers::mesh::MeshRequest request = final_request(shape, made.report);
@@ -403,6 +421,7 @@ ModesTaskResult run_modes_task(const configuration::BuildConfig& config, const p
       for (std::size_t s = 0; s < modes.size(); ++s) {
         solvers::modes::write_modes(file.create_group(fmt::format("set-{:03}", s)), modes[s]);
       }
+      if (is_tuned(shape)) write_tuned_sizes(file, shape);
       if (config.motion) write_body(config, shape, made.mesh.mesh, folders, file, trace);
       write_views(config, shape, modes.front().surface, folders, file, trace, result.written);
       file.flush();

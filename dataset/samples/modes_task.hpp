@@ -33,6 +33,7 @@ struct ModeSets {
   std::vector<solvers::basis::ModeRequest> requests;
   std::vector<VariantModes> variants;
 };
+/// @note Of variants whose waves are equally slow, but for rounding, the first counts as slowest.
 ModeSets group_variants(const std::vector<std::vector<synth::material::Material>>& materials,
                         const std::vector<plan::Variant>& variants,
                         const solvers::modes::Band& band);

@@ -43,10 +43,10 @@ struct SampleMaker::Impl {
     if (!ready[v]) {
       auto made = std::make_unique<Ready>();
       made->modes = modes.of(v);
-      made->object = chain.prepare(
-          shape.id,
-          fmt::format("{}/{}/{}", shape.id, shape.variants[v].material, shape.variants[v].size),
-          made->modes, modes.materials(v));
+      made->object = chain.prepare(shape.id,
+                                   fmt::format("{}/{}/{}", shape.id, shape.variants[v].material,
+                                               plan::size_name(shape.variants[v])),
+                                   made->modes, modes.materials(v));
       ready[v] = std::move(made);
     }
     return *ready[v];
@@ -105,6 +105,10 @@ SampleMaker::~SampleMaker() = default;
 
 const std::vector<synth::material::Material>& SampleMaker::materials(std::size_t variant) const {
   return impl_->modes.materials(variant);
+}
+
+double SampleMaker::size(std::size_t variant) const {
+  return impl_->modes.size(variant);
 }
 
 synth::modal::RingDown SampleMaker::ring(const plan::Sample& sample) {

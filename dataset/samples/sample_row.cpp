@@ -14,7 +14,8 @@ void add_vector(core::Columns& columns, const std::string& name, const Vec3& v) 
 
 void add_labels(const configuration::BuildConfig& config, const plan::Shape& shape,
                 const plan::Sample& sample, const std::vector<synth::material::Material>& materials,
-                const std::vector<std::string>& damping_units, core::Columns& columns) {
+                const std::vector<std::string>& damping_units, double size,
+                core::Columns& columns) {
   const plan::Variant& variant = shape.variants[sample.variant];
   columns.add("key", sample.key);
   columns.add("id", sample.id);
@@ -25,7 +26,7 @@ void add_labels(const configuration::BuildConfig& config, const plan::Shape& sha
     columns.add("label_" + name, label == shape.labels.end() ? std::string() : label->second);
   }
   columns.add("material", variant.material);
-  columns.add("size", variant.size);
+  columns.add("size", size);
   columns.add("strike", static_cast<std::int64_t>(sample.strike));
   columns.add("split_shape", shape.split_shape);
   columns.add("split_strike", plan::split_strike(config, shape, sample.strike));
@@ -107,7 +108,8 @@ void add_sound_columns(const configuration::BuildConfig& config, const SampleRes
 
 SampleResult SampleRows::add(const plan::Sample& sample, core::Columns& columns) {
   SampleResult result = maker_.make(sample, &columns);
-  add_labels(config_, shape_, sample, maker_.materials(sample.variant), damping_units_, columns);
+  add_labels(config_, shape_, sample, maker_.materials(sample.variant), damping_units_,
+             maker_.size(sample.variant), columns);
   add_strike_columns(result, columns);
   add_sound_columns(config_, result, mel_.get(), trace_, columns);
   return result;

@@ -35,8 +35,8 @@ std::filesystem::path sound_path(const configuration::BuildConfig& config, const
   if (config.motion) return std::filesystem::path("sounds") / (sample.key + ".wav");
   const plan::Variant& variant = shape.variants[sample.variant];
   return std::filesystem::path("sounds") / shape.id /
-         fmt::format("{}-{}-strike-{:04}.wav", core::file_safe(variant.material), variant.size,
-                     sample.strike);
+         fmt::format("{}-{}-strike-{:04}.wav", core::file_safe(variant.material),
+                     plan::size_name(variant), sample.strike);
 }
 
 /// One channel per listener.

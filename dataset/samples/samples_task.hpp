@@ -36,6 +36,8 @@ class SampleMaker {
   synth::modal::RingDown ring(const plan::Sample& sample);
   /// Materials of a variant, one per region.
   const std::vector<synth::material::Material>& materials(std::size_t variant) const;
+  /// Factor of a variant's lengths.
+  double size(std::size_t variant) const;
 
  private:
   struct Impl;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "core/hdf5.hpp"
+#include "dataset/samples/detail/tuned_sets.hpp"
 #include "solvers/modes/modes_file.hpp"
 
 namespace carillon::dataset::samples {
@@ -104,7 +105,7 @@ ShapeModes::ShapeModes(const configuration::BuildConfig& config, const plan::Sha
   for (const plan::Variant& variant : shape.variants) {
     materials_.push_back(plan::variant_materials(config, shape, variant, regions));
   }
-  sets_ = group_variants(materials_, shape.variants, config.band);
+  sets_ = group_variants(materials_, sized_variants(shape, file), config.band);
   for (std::size_t s = 0; s < sets_.requests.size(); ++s) {
     solved_.push_back(solvers::modes::read_modes(file.open_group(fmt::format("set-{:03}", s))));
   }

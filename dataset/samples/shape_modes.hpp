@@ -18,6 +18,8 @@ class ShapeModes {
   const std::vector<synth::material::Material>& materials(std::size_t variant) const {
     return materials_[variant];
   }
+  /// Factor of a variant's lengths: as planned, or what its pitch led to.
+  double size(std::size_t variant) const { return sets_.variants[variant].length; }
   /// Modes of a variant in the configuration's band.
   solvers::modes::Modes of(std::size_t variant) const;
   /// At size 1.

@@ -37,7 +37,7 @@ SweepPlan plan_sweep(const LoadedSweep& loaded, const run::ScheduleOptions& sche
     out.samples += one.samples;
     out.rank_seconds_alone += one.rank_seconds;
     out.memory_per_rank = std::max(out.memory_per_rank, one.memory_per_rank);
-    out.disk_bytes += one.disk_bytes;
+    out.disk_bytes += one.disk.total();
   }
   if (!schedule.ranks.empty()) {
     out.simulated = run::simulate_builds(loaded.builds, sweep_tasks(loaded), schedule);
@@ -56,7 +56,7 @@ ordered_json to_json(const SweepPlan& plan, const LoadedSweep& loaded) {
                     {"samples", one.samples},
                     {"rank_seconds", one.rank_seconds},
                     {"memory_bytes_per_rank", one.memory_per_rank},
-                    {"disk_bytes", one.disk_bytes},
+                    {"disk_bytes", one.disk.total()},
                     {"effects", effects}});
   }
   ordered_json document = json_table(loaded.name, loaded.sweep, rows);
@@ -87,8 +87,8 @@ std::string plan_text(const SweepPlan& plan, const LoadedSweep& loaded) {
   text += fmt::format("\nshared: {} objects have {} different meshes and {} different solves\n",
                       plan.shared.objects, plan.shared.meshes, plan.shared.solves);
   text += fmt::format(
-      "about {} of one rank ({} if nothing were shared), {} of memory per rank, {} on disk before "
-      "compression\n",
+      "about {} of one rank ({} if nothing were shared), {} of memory per rank, {} on "
+      "disk\n",
       core::human_duration(plan.rank_seconds()), core::human_duration(plan.rank_seconds_alone),
       core::human_bytes(plan.memory_per_rank), core::human_bytes(plan.disk_bytes));
   text += "effects and solver of one variant: plan with --set sweep= and --set of its values\n";

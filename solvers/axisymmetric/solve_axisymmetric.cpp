@@ -71,6 +71,25 @@ class SharedSections {
       order_ = low_order;
   }
 
+  /// Of the first section; surfaces of refined ones are about the same.
+  ExpectedSection expected() const {
+    ExpectedSection out;
+    const mesh::MeridianMesh mesh = mesh::mesh_meridian(meridian_, order_, wanted_cell());
+    const double radius = mesh::measure(meridian_).largest_radius;
+    double highest = 0;
+    for (const MaterialSolve& one : solves_) {
+      out.modes.push_back(one.expected_modes());
+      out.harmonics.push_back(one.largest_wave_number() * radius + 3);
+      highest = std::max(highest, one.expected_harmonic());
+    }
+    out.nodes = static_cast<double>(mesh.nodes.size());
+    const TurnedSize surface = expected_surface(mesh, highest);
+    out.rings = surface.rings;
+    out.surface_nodes = surface.nodes;
+    out.surface_faces = surface.faces;
+    return out;
+  }
+
   std::vector<modes::Modes> run() {
     count();
     double before = std::numeric_limits<double>::infinity();
@@ -174,6 +193,15 @@ std::vector<modes::Modes> solve_axisymmetric(const mesh::Meridian& meridian,
                                              core::Trace& trace) {
   check_input(meridian, wanted, axisymmetric);
   return SharedSections(meridian, wanted, options, axisymmetric, trace).run();
+}
+
+ExpectedSection expected_section(const mesh::Meridian& meridian,
+                                 std::span<const MaterialBand> wanted,
+                                 const AxisymmetricOptions& axisymmetric) {
+  check_input(meridian, wanted, axisymmetric);
+  const eigen::SolveOptions options;
+  core::Trace trace;
+  return SharedSections(meridian, wanted, options, axisymmetric, trace).expected();
 }
 
 modes::Modes solve_axisymmetric(const mesh::Meridian& meridian, const elements::Elastic& material,

@@ -27,6 +27,20 @@ struct MaterialBand {
   modes::Band band;
 };
 
+/// What solve_axisymmetric() should come to, before it begins.
+struct ExpectedSection {
+  double nodes = 0;               ///< of the section
+  double rings = 0;               ///< nodes of the surface's outline
+  double surface_nodes = 0;       ///< of these turned
+  double surface_faces = 0;       ///< triangles of order 3
+  std::vector<double> modes;      ///< of each of `wanted`, within a factor of about 1.3
+  std::vector<double> harmonics;  ///< that are counted for each
+};
+/// @throws InputError  as solve_axisymmetric()
+ExpectedSection expected_section(const mesh::Meridian& meridian,
+                                 std::span<const MaterialBand> wanted,
+                                 const AxisymmetricOptions& axisymmetric);
+
 /// Modes of a free body of revolution: displacements are Fourier series in the angle, and each
 /// harmonic n is a problem on the section alone, with three unknowns (u_r, u_theta, u_z) at every
 /// node of quadrilaterals of high order. Shares nothing with the tetrahedra but the eigensolver, at

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "solvers/elements/lagrange.hpp"
 #include "solvers/mesh/sizing.hpp"
+#include "solvers/pitch/pitch_target.hpp"
 
 namespace carillon::solvers::pitch {
 
@@ -83,21 +85,41 @@ MeshSize expected_mesh_of_file(double bytes, const mesh::ShapeExtent& body, int 
   return mesh;
 }
 
-MeshSize expected_refinement(const MeshSize& mesh, double cents, std::int64_t max_unknowns) {
-  constexpr double wall_cents = 30, solid_cents = 5, smaller = 0.9;
-  const double expected = mesh.layers() > 1 ? solid_cents : wall_cents;
-  if (cents <= 0 || expected <= cents || mesh.order > 3) return mesh;
-  for (const double factor : {smaller, 1.0})
-    if (const MeshSize refined = resized(mesh, 4, factor);
-        refined.unknowns() <= static_cast<double>(max_unknowns))
-      return refined;
-  return mesh;
+double expected_error(const MeshSize& mesh, double wave_number) {
+  constexpr double cents = 1.8, exponent = 2.5;
+  constexpr int usual_order = 3;
+  const double usual = cents * std::pow(wave_number * mesh.element_size, exponent);
+  return predicted_error(usual, usual_order, mesh.order, 1);
+}
+
+MeshSize expected_refinement(const MeshSize& mesh, double error, double cents,
+                             std::int64_t max_unknowns) {
+  if (cents <= 0 || error <= trusted_share * cents || mesh.order > 3) return mesh;
+  // Meshers make cells in whole numbers, smaller than they are asked for.
+  constexpr double made = 0.9;
+  const double goal = aimed_error(cents, error);
+  MeshSize best = mesh;
+  double best_cost = std::numeric_limits<double>::infinity(), best_error = error;
+  for (int order = 2; order <= 4; ++order) {
+    for (int sixth = finest_sixth; sixth <= coarsest_sixth; ++sixth) {
+      const double factor = std::exp2(sixth / 6.0);
+      const MeshSize next = resized(mesh, order, made * factor);
+      if (next.unknowns() > static_cast<double>(max_unknowns)) continue;
+      const double then = std::max(goal, predicted_error(error, mesh.order, order, factor));
+      const double cost = relative_cost(next);
+      if (then > best_error || (then == best_error && cost >= best_cost)) continue;
+      best = next;
+      best_cost = cost;
+      best_error = then;
+    }
+  }
+  return best;
 }
 
 double solve_seconds(const MeshSize& mesh, const ExpectedSets& sets) {
   // Eight classes of an eighth take 0.29 of the whole's time, four 0.28 to 0.43, two 0.64.
   const double solve = 5e-6 * std::pow(mesh.unknowns(), 1.3) * std::pow(mesh.layers(), 0.35) *
-                       (sets.modes + 40) / 56 * std::pow(mesh.images, -0.6);
+                       (sets.modes + 110) / 110 * std::pow(mesh.images, -0.6);
   // Sets from a basis cost a tenth of a solve.
   return 0.12 + 2e-5 * mesh.elements + (sets.solves + 0.1 * (sets.sets - sets.solves)) * solve;
 }

@@ -16,10 +16,18 @@ MeshSize expected_mesh(const mesh::ShapeExtent& body, const mesh::MeshOptions& o
 /// their fraction of the nodes, as text or binary.
 MeshSize expected_mesh_of_file(double bytes, const mesh::ShapeExtent& body, int order);
 
-/// The mesh that a pitch target ends with, as far as that can be told before anything is solved: at
-/// the mesher's own size and order 3 solids and stout bars are within 5 cents, walls of one layer
-/// are 10 to 90 off and end at order 4 with elements a tenth smaller; never more than max_unknowns.
-MeshSize expected_refinement(const MeshSize& mesh, double cents, std::int64_t max_unknowns);
+/// Pitch error [cent] to expect of the mesher's own sizes, by the largest wave number among the
+/// modes [rad/m]: within a factor of two for bars, tiles, blocks and wrenches of 10 to 200 modes.
+/// It grows more slowly with the wave number than that of a smooth mode would, as corners have
+/// errors of their own.
+double expected_error(const MeshSize& mesh, double wave_number);
+
+/// The mesh that a pitch target ends with, as far as that can be told before anything is solved:
+/// one step of the search (pitch_target.hpp) from an expected error. Never more than max_unknowns.
+/// @param error  that the mesh is expected to have [cent]
+/// @param cents  the target; 0: none
+MeshSize expected_refinement(const MeshSize& mesh, double error, double cents,
+                             std::int64_t max_unknowns);
 
 /// What the mode sets of a body come to.
 struct ExpectedSets {

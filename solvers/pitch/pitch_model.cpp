@@ -80,6 +80,11 @@ double predicted_error(double measured, int from_order, int order, double size_f
   return cents_per_eigenvalue * std::pow(x * size_factor / q, 2 * q);
 }
 
+double aimed_error(double target, double reached) {
+  constexpr double aim = 0.6, exponent = 0.3;
+  return aim * target * std::pow(std::min(1.0, target / reached), exponent);
+}
+
 int edge_layers_for(double cents) {
   constexpr double without = 12, ratio = 1.0 / 6;
   constexpr int maximum = 4;

@@ -44,6 +44,15 @@ double factor_memory(const MeshSize& mesh);
 /// @param size_factor   new size / measured one
 double predicted_error(double measured, int from_order, int order, double size_factor);
 
+/// Error [cent] that a step towards a target aims at: below it, the lower the more an error has to
+/// fall, as predictions are right within a factor of two for small steps, and another step would
+/// cost more than the margin.
+/// @param reached  error so far [cent]
+double aimed_error(double target, double reached);
+
+/// Sizes that a step may have, over that of the elements so far: pow(2, k / 6) for these k.
+constexpr int finest_sixth = -24, coarsest_sixth = 6;
+
 /// Layers at inward edges (mesh::grade_to_edges) with which these keep to half of a target [cent]:
 /// at automatic sizes they leave 12 cents or less, and each layer a sixth of that (of L-, U-, T-
 /// and stepped sections).

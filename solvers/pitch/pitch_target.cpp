@@ -21,9 +21,6 @@ namespace {
 /// [semitones] Modes are seldom more than this too sharp where a target is nearly met.
 constexpr double judged_above = 2;
 constexpr std::size_t max_steps = 8;
-/// A prediction aims below the target by this, the lower the more an error has to fall: it is right
-/// within a factor of two for small steps, and another step would cost more than the margin.
-constexpr double aim = 0.6, aim_exponent = 0.3;
 /// Work of a step may be so much more than that of the best one so far: predictions far away are
 /// not to be trusted with hours.
 constexpr double max_growth = 40;
@@ -279,7 +276,7 @@ class Search {
     std::vector<Candidate> all;
     const double reached = result_.report.reached_cents;
     for (int order = target_.fixed_mesh ? best_.order + 1 : 2; order <= 4; ++order)
-      for (int k = -24; k <= 6; ++k) {
+      for (int k = finest_sixth; k <= coarsest_sixth; ++k) {
         if (target_.fixed_mesh && k != 0) continue;
         const double factor = std::pow(2, k / 6.0);
         Candidate c;
@@ -338,8 +335,7 @@ class Search {
 
   std::optional<Candidate> choose() {
     const double reached = report().reached_cents;
-    const double goal =
-        aim * target_.cents * std::pow(std::min(1.0, target_.cents / reached), aim_exponent);
+    const double goal = aimed_error(target_.cents, reached);
     const auto all = candidates();
     constexpr double none = 1e300;
     // Meshers end up to a tenth above what is asked for, and more where a wall takes a second

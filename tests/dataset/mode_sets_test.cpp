@@ -47,6 +47,23 @@ TEST(ModeSets, EveryVariantsBandIsCovered) {
   }));
 }
 
+TEST(ModeSets, MaterialsOfOnePitchKeepTheirSetWhateverSizesRoundTo) {
+  // What is solved at estimated sizes is read at final ones: rounding must not change whose set it
+  // is.
+  const auto materials = one_region({"steel", "youngs_modulus=1e9,poisson_ratio=0.29,density=900"});
+  const auto speed = [&](std::size_t v) {
+    const auto& elastic = materials[v][0].elastic;
+    return std::sqrt(elastic.youngs_modulus / elastic.density);
+  };
+  for (const double off : {-3e-16, 0.0, 3e-16, 1e-14}) {
+    const std::vector<plan::Variant> variants = {{"a", speed(0) / 440},
+                                                 {"b", speed(1) / 440 * (1 + off)}};
+    const samples::ModeSets sets = samples::group_variants(materials, variants, {20, 20000, 300});
+    ASSERT_EQ(sets.requests.size(), 1u);
+    EXPECT_EQ(sets.requests[0].regions[0].density, materials[0][0].elastic.density) << off;
+  }
+}
+
 TEST(ModeSets, ContrastBetweenRegionsKeepsSolvesApart) {
   const auto a =
       synth::material::parse_material("youngs_modulus=1e9,poisson_ratio=0.3,density=900");

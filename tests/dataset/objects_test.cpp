@@ -54,6 +54,19 @@ TEST(Lengths, BringGeneratedBodiesToOneSizeAndKeepTheirProportions) {
   }
 }
 
+TEST(Tuning, MakesAVariantOfEachPitch) {
+  const plan::BuildPlan plan = plan::make_plan(config_of(
+      "  - {shape: bar, materials: [steel, glass], tune: [440 Hz, 0.5 kHz], tune_mode: 2}\n"
+      "  - {shape: bar, name: low, tune: 220 Hz}\n",
+      "variants: {size_choice: last}\n"));
+  ASSERT_EQ(plan.samples.size(), 3u);
+  EXPECT_EQ(plan.samples[0].key, "bar-000/steel/500Hz-mode-2/strike-0000");
+  EXPECT_EQ(plan.samples[2].key, "low-000/steel/220Hz/strike-0000");
+  ASSERT_EQ(plan.shapes[0].variants.size(), 4u);
+  EXPECT_EQ(plan.shapes[0].variants[2].tune, 440);
+  EXPECT_EQ(plan::size_name({"steel", 1.5}), "1.5");
+}
+
 TEST(Lengths, AreThoseOfTheBoxAroundABody) {
   const auto side = [](const std::string& family, std::map<std::string, double> parameters) {
     return solvers::families::extent_of({family, std::move(parameters), {}}).longest_side;

@@ -1,7 +1,9 @@
 """--tune: an object is scaled to a pitch, and is what a body of that size is."""
+import json
 import re
 import unittest
 
+import h5py
 import numpy
 from program import FolderTest, run, run_json
 
@@ -92,6 +94,85 @@ class Tuning(FolderTest):
             self.assertEqual(result.returncode, 2, result.stderr)
             for word in said:
                 self.assertIn(word, result.stderr)
+
+    BUILD = ("name: %s\nmaterials: [steel, glass]\nmodes: {max_frequency: 5 kHz}\nstrikes: {per_object: 2}\n"
+             "audio: {seconds: 0.5 s}\nvoxels: {resolution: 12}\nobjects:\n"
+             "  - {shape: bell, tune: [440 Hz, 660 Hz]}\n"
+             "  - {shape: block, tune: 2 kHz, tune_mode: 2}\n")
+
+    def test_a_build_tunes_its_objects(self):
+        config = self.write("tuned.yaml", self.BUILD % "tuned")
+        self.assertIn("tuned ", run("plan", config).stdout)
+        built = run("build", config, "-o", self.folder / "tuned", "-q")
+        self.assertEqual(built.returncode, 0, built.stderr)
+        with h5py.File(self.folder / "tuned/index.h5") as index:
+            keys, sizes = index["key"].asstr()[:], index["size"][:]
+            errors = index["pitch_error"][:]
+            points = index["position"][:]
+        self.assertEqual(len(set(zip((key.rsplit("/", 1)[0] for key in keys), sizes))), 6)
+        self.assertIn("bell-000/glass/440Hz/strike-0001", keys)
+        self.assertIn("block-000/steel/2000Hz-mode-2/strike-0000", keys)
+        self.assertTrue((self.folder / "tuned/samples/bell-000-0000.h5").exists())
+        for body in ("bell-000", "block-000"):
+            with h5py.File(self.folder / f"tuned/modes/{body}.h5") as modes:
+                tuned = modes["tuned_sizes"][:]
+                half = numpy.abs(modes["set-000/surface/nodes"][:]).max(0)
+            own = [(key, size) for key, size in zip(keys, sizes) if key.startswith(body)]
+            self.assertEqual({size for _, size in own}, set(tuned))
+            for place, (key, size) in enumerate(zip(keys, sizes)):
+                if key.startswith(body):
+                    self.assertTrue((numpy.abs(points[place]) <= half * size * (1 + 1e-9)).all(), key)
+        # What one size rings at, another command finds: the object solved in that size.
+        bell = {"radius", "shoulder_radius", "height", "wall", "lip_wall"}
+        for body, family, pitch, mode in (("bell-000", "bell", 440, 1), ("block-000", "block", 2000, 2)):
+            request = json.loads(h5py.File(self.folder / f"tuned/modes/{body}.h5").attrs["request"])
+            for material in ("steel", "glass"):
+                place = next(i for i, key in enumerate(keys) if key.startswith(f"{body}/{material}/{pitch}Hz"))
+                lengths = {name: value * sizes[place] for name, value in request["shape"]["parameters"].items()}
+                if family == "bell":
+                    self.assertEqual(set(lengths), bell)
+                shape = family + ":" + ",".join(f"{name}={value!r}" for name, value in lengths.items())
+                found = run_json("modes", shape, "-m", material, "--max-frequency", "5 kHz", "--pitch-cents", "5")
+                away = abs(cents(frequencies(found)[mode - 1], pitch))
+                self.assertLess(away, errors[place] + found["modes"][mode - 1]["pitch_error_cents"] + 0.1, body)
+        checked = run("check", self.folder / "tuned")
+        self.assertEqual(checked.returncode, 0, checked.stdout + checked.stderr)
+        regenerated = ("regenerate", self.folder / "tuned", "--sample", "bell-000/glass/660Hz/strike-0001", "--cache", "")
+        self.assertEqual(run_json(*regenerated)["modes"], [])
+        file = self.folder / "tuned/modes/bell-000.h5"
+        kept = file.read_bytes()
+        file.unlink()
+        self.assertEqual(len(run_json(*regenerated)["modes"]), 1)  # solved again, and the same to the last bit
+        file.write_bytes(kept)
+        # Another material changes no other one's size, and the dataset grows.
+        grown = self.write("tuned.yaml", (self.BUILD % "tuned").replace("glass]", "glass, iron]"))
+        self.assertEqual(run("build", grown, "-o", self.folder / "tuned", "-q").returncode, 0)
+        with h5py.File(self.folder / "tuned/index.h5") as index:
+            now = dict(zip(index["key"].asstr()[:], index["size"][:]))
+        for key, size in zip(keys, sizes):
+            self.assertLess(abs(cents(now[key], size)), 0.2, key)
+
+    def test_a_configuration_says_what_is_wrong(self):
+        for entry, said in (("tune: 440 kg", ("objects[0].tune", "440 kg")),
+                            ("tune: 0 Hz", ("tune", "positive")),
+                            ("tune: [440 Hz, 440 Hz]", ("tune", "twice")),
+                            ("tune: 440 Hz, sizes: [1, 2]", ("`tune` and `sizes`",)),
+                            ("tune: 440 Hz, length: 10 cm", ("`tune` and `length`",)),
+                            ("tune: 440 Hz, drawn_size: {mean: 1, deviation: 0.1}", ("`tune` and `drawn_size`",)),
+                            ("tune_mode: 2", ("tune_mode", "no `tune`")),
+                            ("tune: 440 Hz, tune_mode: 0", ("tune_mode", "out of range")),
+                            ("tune: 440 Hz, tune_mode: 500", ("mode 500", "max_modes")),
+                            ("tune: 30 kHz", ("outside the band", "modes.max_frequency"))):
+            path = self.write("wrong.yaml", "materials: [steel]\nobjects: [{shape: bell, %s}]\n" % entry)
+            result = run("plan", path)
+            self.assertEqual(result.returncode, 2, result.stdout + result.stderr)
+            for word in said:
+                self.assertIn(word, result.stderr)
+        moving = self.write("moving.yaml", "materials: [steel]\nobjects: [{shape: bell, tune: 440 Hz}]\n"
+                            "motion: {bodies: [{object: bell}]}\nlisteners: [{position: [1, 1, 1]}]\n")
+        result = run("plan", moving)
+        self.assertEqual(result.returncode, 2, result.stdout)
+        self.assertIn("tuned", result.stderr)
 
     def test_by_two_ranks(self):
         """What one rank finds wrong ends both, and both find the same modes."""

@@ -71,7 +71,7 @@ std::string TaskInputs::of_shape(std::size_t index) const {
   hash.add(shape.split_shape).add(solvers::mesh::to_json(shape.request).dump());
   // The modes of an object serve all its materials and sizes: their bits depend on every one.
   for (const plan::Variant& variant : shape.variants) {
-    hash.add(fmt::format("{} {}\n", variant.material, variant.size));
+    hash.add(fmt::format("{} {}\n", variant.material, plan::size_name(variant)));
     if (source.object.groups.empty()) {
       add_material(hash,
                    scene::object_material(source.object, variant.material, config_.own_materials));

@@ -43,7 +43,7 @@ std::string solve_key(const configuration::BuildConfig& config, const plan::Shap
     add_elastic(hash, scene::object_material(object, name, config.own_materials));
   }
   for (const plan::Variant& variant : shape.variants) {
-    hash.add(fmt::format("{}:", variant.size));
+    hash.add(fmt::format("{}:", plan::size_name(variant)));
     if (object.groups.empty()) {
       add_elastic(hash, scene::object_material(object, variant.material, config.own_materials));
     }

@@ -24,7 +24,7 @@ SoundsByObject::SoundsByObject(const dataset::plan::BuildPlan& plan) {
     const dataset::plan::Variant& variant = shape.variants[sample.variant];
     auto& objects = objects_[variant.material];
     const auto [place, is_new] = places[variant.material].emplace(
-        fmt::format("{}/{}", shape.id, variant.size), objects.size());
+        fmt::format("{}/{}", shape.id, dataset::plan::size_name(variant)), objects.size());
     if (is_new) objects.emplace_back();
     objects[place->second].push_back(i);
   }

@@ -113,9 +113,14 @@ RecognisedObject object_of_class(const fs::path& dataset, const std::string& col
   for (const json& shape : description.at("shapes")) {
     if (shape.at(column == "shape" ? "id" : "family") != name) continue;
     const std::string id = shape.at("id");
-    const double size = shape.at("variants").at(0).at("size");
+    const json& variant = shape.at("variants").at(0);
+    const double size = variant.value("size", 1.0);
     std::string entry = source_of(solvers::mesh::mesh_request_from_json(shape.at("request")), id);
     if (size != 1) entry += fmt::format(", sizes: [{}]", size);
+    if (variant.contains("tune_hz")) {
+      entry += fmt::format(", tune: {} Hz, tune_mode: {}", variant.at("tune_hz").get<double>(),
+                           variant.at("tune_mode").get<int>());
+    }
     return {id, entry, ""};
   }
   throw core::InputError(fmt::format("{} has no object of {} {}", dataset.string(), column, name),

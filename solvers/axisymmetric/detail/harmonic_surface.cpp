@@ -32,14 +32,45 @@ double edge_length(const mesh::MeridianMesh& mesh, std::int32_t edge) {
   return length;
 }
 
+int sectors_for(int highest_harmonic) {
+  return std::max(16, face_order * highest_harmonic);
+}
+
+/// Largest way along the outline that a face takes [m].
+double longest_face(const mesh::MeridianMesh& mesh, double sectors) {
+  double radius = 0;
+  for (const auto& x : mesh.nodes) radius = std::max(radius, x.x());
+  return 1.5 * full_turn * radius / sectors;
+}
+
+/// Faces that follow each other along an edge.
+int parts_of(const mesh::MeridianMesh& mesh, std::int32_t edge, double longest) {
+  const double wanted = std::ceil(edge_length(mesh, edge) / longest);
+  return std::clamp(static_cast<int>(std::min(wanted, 1e3)), 1,
+                    (mesh.order + face_order - 1) / face_order);
+}
+
+std::int32_t edge_count(const mesh::MeridianMesh& mesh) {
+  return static_cast<std::int32_t>(mesh.boundary.size() / side_of(mesh));
+}
+
 }  // namespace
+
+TurnedSize expected_surface(const mesh::MeridianMesh& mesh, double highest_harmonic) {
+  const int sectors = sectors_for(static_cast<int>(std::lround(highest_harmonic)));
+  const double longest = longest_face(mesh, sectors);
+  TurnedSize size;
+  for (std::int32_t edge = 0; edge < edge_count(mesh); ++edge)
+    size.rings += face_order * parts_of(mesh, edge, longest);
+  size.nodes = size.rings * face_order * sectors;
+  size.faces = 2 * size.nodes / (face_order * face_order);
+  return size;
+}
 
 TurnedSurface::TurnedSurface(const mesh::MeridianMesh& mesh, int highest_harmonic) : mesh_(mesh) {
   surface_.order = face_order;
-  const int sectors = std::max(16, face_order * highest_harmonic);
-  double radius = 0;
-  for (const auto& x : mesh.nodes) radius = std::max(radius, x.x());
-  const double longest = 1.5 * full_turn * radius / sectors;
+  const int sectors = sectors_for(highest_harmonic);
+  const double longest = longest_face(mesh, sectors);
   const int whole = face_order * sectors;
 
   // Rings at the ends of edges belong to the edges on both sides.
@@ -52,11 +83,8 @@ TurnedSurface::TurnedSurface(const mesh::MeridianMesh& mesh, int highest_harmoni
     const bool on_axis = mesh_.nodes[static_cast<std::size_t>(node)].x() == 0;
     return at_node[node] = add_ring(edge, last ? 1 : 0, on_axis ? 1 : whole);
   };
-  const auto edges = static_cast<std::int32_t>(mesh.boundary.size() / side_of(mesh));
-  for (std::int32_t edge = 0; edge < edges; ++edge) {
-    const double wanted = std::ceil(edge_length(mesh, edge) / longest);
-    const int parts = std::clamp(static_cast<int>(std::min(wanted, 1e3)), 1,
-                                 (mesh.order + face_order - 1) / face_order);
+  for (std::int32_t edge = 0; edge < edge_count(mesh); ++edge) {
+    const int parts = parts_of(mesh, edge, longest);
     const auto first = end_ring(edge, false), last = end_ring(edge, true);
     std::size_t before = first;
     for (int part = 0; part < parts; ++part) {

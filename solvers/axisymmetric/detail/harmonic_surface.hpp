@@ -10,6 +10,12 @@
 
 namespace carillon::solvers::axisymmetric {
 
+/// What a TurnedSurface should come to.
+struct TurnedSize {
+  double rings = 0, nodes = 0, faces = 0;
+};
+TurnedSize expected_surface(const mesh::MeridianMesh& mesh, double highest_harmonic);
+
 /// The surface that a section's outline makes when turned, in curved triangles of order 3, and the
 /// amplitudes of harmonics on its rings. A full turn has at least nine nodes to the wave of the
 /// highest harmonic, and triangles about as long as wide.

@@ -54,16 +54,38 @@ MaterialSolve::MaterialSolve(const mesh::MeridianSize& size, const elements::Ela
 /// The band's top, or a lower frequency below which there should be twice the modes wanted.
 double MaterialSolve::first_top() const {
   const double top = band_.max_frequency;
-  const auto expected = [this](double f) { return expected_modes(size_, material_, f); };
+  const auto expected = [this](double f) {
+    return axisymmetric::expected_modes(size_, material_, f);
+  };
   const double below = expected(band_.bottom());
   const double enough = 2 * static_cast<double>(wanted()) + below;
   if (expected(top) <= std::max(many_modes + below, 2 * enough)) return top;
-  double low = band_.bottom(), high = top;
+  return std::min(top, std::max(frequency_of(enough), 2 * estimate_));
+}
+
+double MaterialSolve::frequency_of(double modes) const {
+  double low = band_.bottom(), high = band_.max_frequency;
   for (int i = 0; i < 60; ++i) {
     const double middle = (low + high) / 2;
-    (expected(middle) < enough ? low : high) = middle;
+    (axisymmetric::expected_modes(size_, material_, middle) < modes ? low : high) = middle;
   }
-  return std::min(top, std::max(high, 2 * estimate_));
+  return high;
+}
+
+double MaterialSolve::expected_modes() const {
+  const auto below = [this](double frequency) {
+    return axisymmetric::expected_modes(size_, material_, frequency);
+  };
+  return std::min(below(band_.max_frequency) - below(band_.bottom()),
+                  static_cast<double>(wanted()));
+}
+
+double MaterialSolve::expected_harmonic() const {
+  // Of what largest_wave_number() allows for.
+  constexpr double kept = 0.58;
+  const double below = axisymmetric::expected_modes(size_, material_, band_.bottom());
+  const double top = frequency_of(below + expected_modes());
+  return kept * axisymmetric::largest_wave_number(size_, material_, top) * size_.largest_radius;
 }
 
 double MaterialSolve::largest_wave_number() const {

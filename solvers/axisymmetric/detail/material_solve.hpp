@@ -21,6 +21,10 @@ class MaterialSolve {
 
   /// Largest wave number [rad/m] among the modes that are sought.
   double largest_wave_number() const;
+  /// How many modes should be kept.
+  double expected_modes() const;
+  /// Of these, the highest harmonic.
+  double expected_harmonic() const;
 
   /// Counts the modes on a section, up to a higher frequency while too few are found.
   /// @param section  in any material
@@ -50,6 +54,8 @@ class MaterialSolve {
 
   std::size_t wanted() const { return static_cast<std::size_t>(band_.max_modes); }
   double first_top() const;
+  /// Lowest frequency up to the band's top below which so many modes should be [Hz].
+  double frequency_of(double modes) const;
   bool enough() const;
   void heed_time() const;
   void list();
