@@ -36,6 +36,9 @@ voxels and its picture, in HDF5, on one core or on many MPI ranks.")
 set(CPACK_DEBIAN_CARILLON_PACKAGE_SECTION science)
 # The launcher of its ranks, and a BLAS of one thread a rank.
 set(CPACK_DEBIAN_CARILLON_PACKAGE_DEPENDS "openmpi-bin, libopenblas0-serial")
+if(CARILLON_OFFSCREEN_FOUND STREQUAL egl)
+  string(APPEND CPACK_DEBIAN_CARILLON_PACKAGE_DEPENDS ", libgl1-mesa-dri") # which EGL loads by itself
+endif()
 # Pictures beside its results, and movies.
 set(CPACK_DEBIAN_CARILLON_PACKAGE_RECOMMENDS "python3, python3-matplotlib, python3-numpy, python3-h5py")
 set(CPACK_DEBIAN_CARILLON_PACKAGE_SUGGESTS "carillon-learn, carillon-doc, ffmpeg")

@@ -1,6 +1,8 @@
 #include "tests/render/offscreen_pictures.hpp"
 
 #include <cstdlib>
+#include <fstream>
+#include <iterator>
 
 #include "core/files.hpp"
 #include "core/temporary_folder.hpp"
@@ -9,8 +11,15 @@
 namespace carillon::render {
 namespace {
 
-TEST(Offscreen, EglDrawsWhatOsmesaDraws) {
+TEST(Offscreen, NothingIsOfOsmesa) {
   ASSERT_EQ(offscreen(), "egl");
+  std::ifstream file("/proc/self/maps");
+  const std::string libraries(std::istreambuf_iterator<char>(file), {});
+  EXPECT_NE(libraries.find("libOpenGL"), std::string::npos);
+  EXPECT_EQ(libraries.find("libOSMesa"), std::string::npos);
+}
+
+TEST(Offscreen, EglDrawsWhatOsmesaDraws) {
   const core::TemporaryFolder folder;
   const auto path = folder / "pixels";
   const auto end = solvers::mesher::run_child(CARILLON_OTHER_PICTURES, {path.string()}, 120);
