@@ -24,11 +24,12 @@ struct ConfigAsk {
 };
 
 /// Hears of every ask that is answered.
+/// @param file      name of the document
 /// @param path      keys from the root; "[0]" is an element of a list
 /// @param fallback  what a missing key was answered by, as the resolved configuration has it; null
 ///                  where the key was there
-using HearAsk = std::function<void(const std::vector<std::string>& path, const ConfigAsk& ask,
-                                   const std::string* fallback)>;
+using HearAsk = std::function<void(const std::string& file, const std::vector<std::string>& path,
+                                   const ConfigAsk& ask, const std::string* fallback)>;
 
 /// While it lives, what this thread reads of configurations is heard.
 class ConfigRecord {

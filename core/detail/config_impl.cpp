@@ -73,7 +73,8 @@ void ConfigNode::Impl::answer(const std::string& key, Answer answer, const Confi
     std::vector<std::string> whole = steps;
     if (!key.empty()) whole.push_back(key);
     const auto* text = std::get_if<ConfigText>(&answer);
-    hear_ask(whole, ask, text != nullptr && entry(key) == nullptr ? &text->value : nullptr);
+    hear_ask(document->file_name, whole, ask,
+             text != nullptr && entry(key) == nullptr ? &text->value : nullptr);
   }
   if (!key.empty()) remember(key, std::move(answer));
 }

@@ -155,6 +155,8 @@ class Maker:
             same = next((old for old in SAME if name.startswith(old)), None)
             if same:
                 meaning, default = self.meanings.get(SAME[same] + name[len(same):]) or (None, "")
+        if meaning is None and name.endswith("." + EVERY):
+            meaning, default = self.meanings.get(name.removesuffix("." + EVERY)) or (None, "")
         if meaning is None:
             if not any(ask["kind"] in ("child", "children") for ask in node.asks):
                 self.without.append(name)
@@ -177,7 +179,7 @@ class Maker:
         values = [load(text) for text in node.defaults]
         if len(values) == 1 and same(stated, values[0]):
             return {"default": values[0]}
-        if len(values) == 1 and values[0] not in ("", [], 0) and stated is not None or values and not cell:
+        if any(value not in ("", []) for value in values) and (not cell or len(values) == 1 and stated is not None):
             self.other_defaults.append(f"{node} ({', '.join(map(str, values))}, not {cell or 'none'})")
         return {}
 

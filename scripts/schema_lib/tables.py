@@ -35,7 +35,7 @@ def default_of(cell, units):
     """The value that a table's cell states, in SI; None where it says where one comes from."""
     text = re.sub(r"\([^)]*\)|`", "", cell).strip()
     match = re.fullmatch(r"(\[[^]]*\]|\S+)(?: (\S.*))?", text)
-    if not match:
+    if not match or text in ("all", "none") or re.search(r"`\w+\.\w+`", cell):
         return None
     value, unit = load(match[1]), (match[2] or "").replace(" ", "")
     if unit and unit not in units:
@@ -49,6 +49,8 @@ def default_of(cell, units):
 
 def same(one, other):
     """Whether two values are one, but for the rounding of units."""
+    if isinstance(other, list) and isinstance(one, str):
+        one = [one]
     if isinstance(one, list) and isinstance(other, list):
         return len(one) == len(other) and all(map(same, one, other))
     if isinstance(one, bool) or isinstance(other, bool) or not all(isinstance(x, int | float) for x in (one, other)):
@@ -60,7 +62,7 @@ def tables():
     """{dotted key: (meaning, default)} of the tables of docs/."""
     found = {}
     for page in PAGES:
-        heading, prefix = "", None
+        heading, header, prefix = "", "", None
         for line in (ROOT / "docs" / page).read_text().splitlines():
             if line.startswith("#"):
                 heading = line.lstrip("# ")
@@ -69,7 +71,7 @@ def tables():
                 continue
             cells = [cell.strip() for cell in re.split(r"(?<!\\)\|", line)[1:-1]]
             if cells[0].startswith("key"):
-                prefix = TABLES.get(heading, "")
+                prefix, header = TABLES.get(heading, ""), cells[-1]
                 if of := re.match(r"key of `?(.*?):?`?$", cells[0]):
                     prefix = "MATERIAL." if "material" in of[1] else of[1] + "."
                 if page == "accuracy.md":
@@ -82,5 +84,6 @@ def tables():
                 for key, one in zip(keys, split_defaults(default, len(keys))):
                     key = key.replace("...", "train.methods.NAME.") if key.startswith("...") else key
                     key = re.sub(r"\b(NAME|TASK)\b", EVERY, key)
-                    found[(prefix if not key.startswith(prefix) else "") + key] = (plain(cells[-1]), plain(one))
+                    meaning = f"off: {cells[-1]}" if header == "off means" else cells[-1]
+                    found[(prefix if not key.startswith(prefix) else "") + key] = (plain(meaning), plain(one))
     return found

@@ -125,8 +125,14 @@ void read_evaluated(const std::string& file, const std::string& text) {
 std::string read(const std::string& reader, const std::string& file) {
   const std::string text = core::read_text_file(file);
   if (reader == "build") {
-    dataset::sweep::read_sweep(text, file, {});
-    return dataset::configuration::read_build_config(text, file, {}).resolved;
+    const auto sweep = dataset::sweep::read_sweep(text, file, {});
+    if (!sweep) return dataset::configuration::read_build_config(text, file, {}).resolved;
+    for (const dataset::sweep::SweepVariant& variant : sweep->variants) {
+      std::vector<std::string> overrides = {"sweep="};
+      overrides.insert(overrides.end(), variant.overrides.begin(), variant.overrides.end());
+      dataset::configuration::read_build_config(text, file, overrides);
+    }
+    return "";
   }
   if (reader == "evaluate") {
     read_evaluated(file, text);
@@ -149,11 +155,12 @@ int main(int argc, char** argv) {
     const ordered_json wanted = ordered_json::parse(line);
     std::set<std::string> seen;
     ordered_json answer = {{"refusal", nullptr}, {"asked", ordered_json::array()}};
-    const core::ConfigRecord record(
-        [&](const auto& path, const core::ConfigAsk& ask, const std::string* fallback) {
-          ordered_json asked = to_json(path, ask, fallback);
-          if (seen.insert(asked.dump()).second) answer["asked"].push_back(std::move(asked));
-        });
+    const core::ConfigRecord record([&](const std::string& file, const auto& path,
+                                        const core::ConfigAsk& ask, const std::string* fallback) {
+      if (file != wanted.at("file")) return;  // of materials, say
+      ordered_json asked = to_json(path, ask, fallback);
+      if (seen.insert(asked.dump()).second) answer["asked"].push_back(std::move(asked));
+    });
     try {
       answer["resolved"] = read(wanted.at("reader"), wanted.at("file"));
     } catch (const core::Error& error) {
