@@ -21,7 +21,7 @@ class Failure(Exception):
     pass
 
 
-class Loader(yaml.SafeLoader):
+class Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):
     """YAML 1.2's core schema, as editors and the program's reader have it: `off` and `2026-03-31` are texts."""
 
 

@@ -20,7 +20,8 @@ WORDS = {
     "supports.contacts[].kind": "supports", "motion.bodies[].rests": "supports", "motion.strings[].rests": "supports",
     "striker.kind": "strikers", "noise.kind": "noises",
     "motion.bodies[].texture.map": "maps", "motion.ground.texture.map": "maps",
-    "room.absorption": "walls", "room.walls": "walls", "room.absorption.*": "walls", "room.walls.*": "walls",
+    **{f"room.{key}{wall}": "walls" for key in ("absorption", "walls")
+       for wall in ("", ".x0", ".x1", ".y0", ".y1", ".floor", ".ceiling", ".walls", ".others")},
     "train.tasks.*.column": ["open", "shape", "family", "material"],
     "train.methods.*.branches": ["isnn", "soundnet5", "soundnet8", "voxnet", "image", "touch"],
     "train.methods.*.modalities": ["spectrogram", "waveform", "voxels", "image", "touch"],
@@ -44,6 +45,11 @@ STAND_IN = ("shape", "parameters", "profile", "svg", "svg_height", "profile_axis
 ONE_OF = {"objects[]": ("shape", "mesh", "glob", "manifest", "modelnet"), "noise": ("folder", "kind"),
           "room": ("absorption", "walls", "rt60"), "motion.bodies[].texture": ("map", "image"),
           "recordings": ("names", "table")}
+
+
+def beside(schema):
+    """A schema that others may stand beside: draft-07 passes over what stands beside a `$ref`."""
+    return {"allOf": [schema]} if "$ref" in schema else schema
 
 
 class Maker:
@@ -78,7 +84,7 @@ class Maker:
             if low is not None:
                 schema["exclusiveMinimum" if ask.get("above_low") else "minimum"] = low
             self.definitions[name] = schema
-        return {"allOf": [{"$ref": f"#/definitions/{name}"}]}
+        return {"$ref": f"#/definitions/{name}"}
 
     def wanted(self, sign, dimension):
         known = self.words["units"][dimension]
@@ -114,7 +120,7 @@ class Maker:
             return {"type": "array", "items": {"type": "array", "items": one, **length}, **length}
         if kind == "integer":
             return {"type": ["integer", "string"], "pattern": "^[+-]?[0-9]+(\\.?0*|[eE][+]?[0-9]+)$",
-                    "minimum": int(ask["low"]), "maximum": int(ask["high"])}
+                    "minimum": int(ask["low"]), "maximum": min(int(ask["high"]), 2**63 - 1)}
         if kind == "flag":
             return {"type": ["boolean", "string"], "pattern": "^([Tt]rue|[Ff]alse|[Yy]es|[Nn]o|[Oo]n|[Oo]ff)$"}
         if kind == "choice":
@@ -165,7 +171,7 @@ class Maker:
         text = meaning or name.split(".")[-1].replace("_", " ")
         if default:
             text += f". Default: {default}"
-        schema = {"description": text[0].upper() + text[1:], **schema}
+        schema = {"description": text[0].upper() + text[1:], **beside(schema)}
         if "dimension" in ask:
             known = self.words["units"][ask["dimension"]]
             schema |= {"x-dimension": ask["dimension"], "x-unit": known["unit"]}
@@ -188,11 +194,15 @@ class Maker:
         if str(node) in SAME and SAME[str(node)] != str(node):
             target = SAME[str(node)]
             if any(ask["kind"] == "child" for ask in asks) and target == "recordings":
-                return self.described(node, {"allOf": [{"$ref": "#/definitions/recordings"}]}, {})
+                return self.described(node, {"$ref": "#/definitions/recordings"}, {})
         special = getattr(self, "key_" + re.sub(r"\W+", "_", str(node)).strip("_"), None)
         if special:
             return self.described(node, special(node), {})
+        if any(ask["kind"] == "choice" for ask in asks):  # others look at the word, too
+            asks = [ask for ask in asks if ask["kind"] != "text"]
         choices = [self.value(node, ask) for ask in asks]
+        if len(choices) > 1:  # a mapping or else a value, which must be there
+            choices = [one | {"type": "object"} if one.get("type") == ["object", "null"] else one for one in choices]
         unique = [one for k, one in enumerate(choices) if one not in choices[:k]]
         measured = next((ask for ask in asks if "dimension" in ask), {})
         return self.described(node, unique[0] if len(unique) == 1 else {"anyOf": unique}, measured)
@@ -255,7 +265,7 @@ class Maker:
                 default = known["default"]
                 if isinstance(default, list) and default[0] == default[1]:
                     default = default[0]
-                parameters[parameter] = {"description": text[0].upper() + text[1:], **self.value(None, ask),
+                parameters[parameter] = {"description": text[0].upper() + text[1:], **beside(self.value(None, ask)),
                                          "x-dimension": "length", "x-unit": "m", "default": default}
             cases.append({"if": {"properties": {key: {"const": name}}, "required": [key]},
                           "then": {"properties": {"parameters": {
@@ -343,7 +353,7 @@ class Maker:
         node = self.tree.children["MATERIAL"]
         schema = self.mapping(node)
         further = {"^alpha([3-9]|[1-9][0-9]+)$": {"description": "Further parameter of the damping model.",
-                                                "allOf": self.quantity({})["allOf"]}}
+                                                **beside(self.quantity({}))}}
         schema["patternProperties"] = further
         damping = schema["properties"]["damping"]
         next(one for one in damping["anyOf"] if "properties" in one)["patternProperties"] = further
