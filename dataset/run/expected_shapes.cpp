@@ -20,17 +20,29 @@ using solvers::basis::ModeRequest;
 using solvers::elements::Elastic;
 using solvers::mesh::ShapeExtent;
 
+/// Size that a pitch should lead to, within a factor of about two: a body's first modes bend it
+/// along its longest side.
+double size_of_pitch(const plan::Variant& variant, const ShapeExtent& extent,
+                     const Elastic& elastic) {
+  const double speed = std::sqrt(elastic.youngs_modulus / elastic.density);
+  const double lowest = speed * extent.thickness / std::pow(extent.longest_side, 2);
+  return variant.tune_mode * lowest / variant.tune;
+}
+
 /// Physical groups of a file are not known before it is read: one region stands for them.
 std::vector<ModeRequest> requests_of(const configuration::BuildConfig& config,
-                                     const plan::Shape& shape) {
+                                     const plan::Shape& shape, const ShapeExtent& extent) {
   const configuration::ObjectSource& source = config.objects[shape.source];
   std::vector<std::vector<synth::material::Material>> materials;
-  for (const plan::Variant& variant : shape.variants) {
+  std::vector<plan::Variant> variants = shape.variants;
+  for (plan::Variant& variant : variants) {
     const std::string name =
         source.object.groups.empty() ? variant.material : source.object.groups.begin()->second;
     materials.push_back({synth::material::parse_material(name, config.own_materials)});
+    if (variant.tune > 0)
+      variant.size = size_of_pitch(variant, extent, materials.back().front().elastic);
   }
-  return samples::group_variants(materials, shape.variants, config.band).requests;
+  return samples::group_variants(materials, variants, config.band).requests;
 }
 
 double modes_below(const ShapeExtent& extent, const Elastic& elastic, double frequency) {
@@ -121,7 +133,7 @@ std::vector<ExpectedShape> expected_shapes(const configuration::BuildConfig& con
     ExpectedShape& expected = out.emplace_back();
     expected.object = plan::expected_object(shape);
     expected.last = expected.object.mesh;
-    const std::vector<ModeRequest> requests = requests_of(config, shape);
+    const std::vector<ModeRequest> requests = requests_of(config, shape, expected.object.extent);
     if (shape.solver.solver == scene::ObjectSolver::axisymmetric) {
       try {
         expect_section(config, shape, requests, expected);

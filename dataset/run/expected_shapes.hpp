@@ -15,8 +15,8 @@ struct ExpectedSurface {
   double compressed = 1;  ///< fraction of shapes that compressing leaves
 };
 
-/// What a shape's modes task should come to, before anything is meshed. A tuned shape counts in the
-/// size that is drawn.
+/// What a shape's modes task should come to, before anything is meshed. The size of a tuned shape
+/// is a guess.
 struct ExpectedShape {
   plan::ExpectedObject object{};    ///< as it is meshed first
   solvers::pitch::MeshSize last{};  ///< the mesh that its modes are kept on
