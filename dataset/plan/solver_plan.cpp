@@ -100,7 +100,7 @@ std::vector<SolverChoice> plan_solver(const configuration::BuildConfig& config,
   if (tuned > 0) {
     list.push_back({"tuned", tuned, fmt::format("{} shape{}", tuned, tuned == 1 ? "" : "s"),
                     "every length is scaled to the pitch of objects[].tune in each material, once "
-                    "the modes are known; what is estimated is meant at the size before"});
+                    "the modes are known; estimates guess the size"});
   }
   list.push_back({"pitch_target", refined ? json(config.pitch_cents) : json(),
                   refined ? fmt::format("{:.4g} cents", config.pitch_cents) : "none",

@@ -14,7 +14,7 @@ namespace {
 mpi::Task modes_task(const configuration::BuildConfig& config, const ExpectedShape& shape) {
   mpi::Task task;
   task.cost = modes_seconds(shape) + config.scene.seconds_per_shape();
-  if (shape.harmonics > 0) {
+  if (shape.about_axis) {
     task.width = 1;
     task.memory = 3e7;
     task.kind = "modes about an axis";

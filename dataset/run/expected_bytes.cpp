@@ -44,9 +44,8 @@ struct NarrowColumns {
 /// plan::SampleBytes::motion.
 double values_of(std::string_view inner, const scene::Scene& scene) {
   if (inner == "listeners") return static_cast<double>(scene.rows());
-  const bool is_number =
-      !inner.empty() && std::all_of(inner.begin(), inner.end(),
-                                    [](char c) { return c >= '0' && c <= '9'; });
+  const bool is_number = !inner.empty() && std::all_of(inner.begin(), inner.end(),
+                                                       [](char c) { return c >= '0' && c <= '9'; });
   return is_number ? std::stod(std::string(inner)) : 1;
 }
 
@@ -115,10 +114,9 @@ void add_shards(const configuration::BuildConfig& config, const plan::BuildPlan&
   const plan::SampleBytes each = plan::sample_bytes(config);
   const NarrowColumns columns = narrow_columns(config);
   const auto samples = static_cast<double>(plan.samples.size());
-  const auto shards = static_cast<double>(
-      std::count_if(plan.tasks.begin(), plan.tasks.end(), [](const plan::BuildTask& task) {
-        return task.kind == plan::TaskKind::samples;
-      }));
+  const auto shards = static_cast<double>(std::count_if(
+      plan.tasks.begin(), plan.tasks.end(),
+      [](const plan::BuildTask& task) { return task.kind == plan::TaskKind::samples; }));
   const double sound = config.scene.audio.dtype == core::SampleFormat::int16 ? int_sound
                        : config.scene.runs("noise")                          ? noisy_float_sound
                                                                              : float_sound;
@@ -149,15 +147,15 @@ void add_records(const configuration::BuildConfig& config, const plan::BuildPlan
   const auto shapes = static_cast<double>(plan.shapes.size());
   const auto samples = static_cast<double>(plan.samples.size());
   const auto tasks = static_cast<double>(plan.tasks.size());
-  const double files = tasks + (config.wav ? samples : 0) +
-                       (config.png && config.camera ? shapes : 0);
+  const double files =
+      tasks + (config.wav ? samples : 0) + (config.png && config.camera ? shapes : 0);
   double variants = 0;
   for (const plan::Shape& one : plan.shapes) variants += static_cast<double>(one.variants.size());
-  bytes.records =
-      fixed + 2 * static_cast<double>(config.resolved.size()) + (file + described) * files +
-      task * tasks + column * (columns.texts + columns.numbers + 3) + shape * shapes +
-      variant * variants +
-      material * static_cast<double>(configuration::named_materials(config).size());
+  bytes.records = fixed + 2 * static_cast<double>(config.resolved.size()) +
+                  (file + described) * files + task * tasks +
+                  column * (columns.texts + columns.numbers + 3) + shape * shapes +
+                  variant * variants +
+                  material * static_cast<double>(configuration::named_materials(config).size());
 }
 
 }  // namespace
@@ -179,8 +177,8 @@ ExpectedBytes expected_bytes(const LoadedBuild& build) {
 namespace {
 
 std::vector<std::pair<const char*, double>> listed(const ExpectedBytes& bytes) {
-  return {{"sounds", bytes.sounds},     {"modes", bytes.modes},   {"voxels", bytes.voxels},
-          {"pictures", bytes.pictures}, {"movies", bytes.movies}, {"wav", bytes.wav},
+  return {{"sounds", bytes.sounds},     {"modes", bytes.modes},    {"voxels", bytes.voxels},
+          {"pictures", bytes.pictures}, {"movies", bytes.movies},  {"wav", bytes.wav},
           {"index", bytes.index},       {"records", bytes.records}};
 }
 

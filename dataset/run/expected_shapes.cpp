@@ -20,17 +20,29 @@ using solvers::basis::ModeRequest;
 using solvers::elements::Elastic;
 using solvers::mesh::ShapeExtent;
 
+/// Size that a pitch should lead to, within a factor of about two: a body's first modes bend it
+/// along its longest side.
+double size_of_pitch(const plan::Variant& variant, const ShapeExtent& extent,
+                     const Elastic& elastic) {
+  const double speed = std::sqrt(elastic.youngs_modulus / elastic.density);
+  const double lowest = speed * extent.thickness / std::pow(extent.longest_side, 2);
+  return variant.tune_mode * lowest / variant.tune;
+}
+
 /// Physical groups of a file are not known before it is read: one region stands for them.
 std::vector<ModeRequest> requests_of(const configuration::BuildConfig& config,
-                                     const plan::Shape& shape) {
+                                     const plan::Shape& shape, const ShapeExtent& extent) {
   const configuration::ObjectSource& source = config.objects[shape.source];
   std::vector<std::vector<synth::material::Material>> materials;
-  for (const plan::Variant& variant : shape.variants) {
+  std::vector<plan::Variant> variants = shape.variants;
+  for (plan::Variant& variant : variants) {
     const std::string name =
         source.object.groups.empty() ? variant.material : source.object.groups.begin()->second;
     materials.push_back({synth::material::parse_material(name, config.own_materials)});
+    if (variant.tune > 0)
+      variant.size = size_of_pitch(variant, extent, materials.back().front().elastic);
   }
-  return samples::group_variants(materials, shape.variants, config.band).requests;
+  return samples::group_variants(materials, variants, config.band).requests;
 }
 
 double modes_below(const ShapeExtent& extent, const Elastic& elastic, double frequency) {
@@ -69,12 +81,12 @@ void expect_tetrahedra(const configuration::BuildConfig& config,
     const double kept =
         std::min({below + slender, double(request.band.max_modes), mesh.unknowns() / 4});
     shape.modes.push_back(kept);
-    shortest = std::max(shortest, wave_number(extent, request.regions[0],
-                                              last_frequency(extent, request, kept)));
+    shortest = std::max(
+        shortest, wave_number(extent, request.regions[0], last_frequency(extent, request, kept)));
   }
-  shape.error = solvers::pitch::expected_error(mesh, shortest);
-  shape.last = solvers::pitch::expected_refinement(mesh, shape.error, config.pitch_cents,
-                                                   config.max_unknowns);
+  const double error = solvers::pitch::expected_error(mesh, shortest);
+  shape.last =
+      solvers::pitch::expected_refinement(mesh, error, config.pitch_cents, config.max_unknowns);
   shape.probes = shape.last.unknowns() == mesh.unknowns() ? 0 : 1;
   // Edges have curves: each corner of a face has a node, each edge order - 1, and so on.
   const double order = shape.last.order;
@@ -98,8 +110,7 @@ void expect_section(const configuration::BuildConfig& config, const plan::Shape&
   const auto section = solvers::axisymmetric::expected_section(
       solvers::families::find_family(turned.family).meridian(turned), wanted, options);
   shape.modes = section.modes;
-  for (const double harmonics : section.harmonics) shape.harmonics += harmonics;
-  shape.section = section.nodes;
+  shape.about_axis = true;
   shape.surface = {section.surface_nodes, section.surface_faces, 3, section.rings, 0.96};
 }
 
@@ -110,9 +121,9 @@ double ExpectedShape::most_modes() const {
 }
 
 double ExpectedShape::mean_modes() const {
-  return modes.empty() ? 0
-                       : std::accumulate(modes.begin(), modes.end(), 0.0) /
-                             static_cast<double>(modes.size());
+  return modes.empty()
+             ? 0
+             : std::accumulate(modes.begin(), modes.end(), 0.0) / static_cast<double>(modes.size());
 }
 
 std::vector<ExpectedShape> expected_shapes(const configuration::BuildConfig& config,
@@ -122,7 +133,7 @@ std::vector<ExpectedShape> expected_shapes(const configuration::BuildConfig& con
     ExpectedShape& expected = out.emplace_back();
     expected.object = plan::expected_object(shape);
     expected.last = expected.object.mesh;
-    const std::vector<ModeRequest> requests = requests_of(config, shape);
+    const std::vector<ModeRequest> requests = requests_of(config, shape, expected.object.extent);
     if (shape.solver.solver == scene::ObjectSolver::axisymmetric) {
       try {
         expect_section(config, shape, requests, expected);
@@ -139,15 +150,18 @@ std::vector<ExpectedShape> expected_shapes(const configuration::BuildConfig& con
 double modes_seconds(const ExpectedShape& shape) {
   // Of a section's harmonics, within a factor of two.
   constexpr double seconds_per_set = 0.025, seconds_per_mode = 0.0035;
-  if (shape.harmonics > 0)
+  if (shape.about_axis)
     return static_cast<double>(shape.modes.size()) *
            (seconds_per_set + seconds_per_mode * shape.mean_modes());
   using solvers::pitch::ExpectedSets;
+  using solvers::pitch::mesh_seconds;
   using solvers::pitch::solve_seconds;
   const double most = shape.most_modes();
-  double seconds = shape.probes * solve_seconds(shape.object.mesh, {1, most, 1});
-  // Sets of far fewer modes than the largest are solved apart from it. Up to three are solved one by
-  // one, more from a basis of three (solve_materials.hpp).
+  double seconds = mesh_seconds(shape.last);
+  seconds += shape.probes *
+             (mesh_seconds(shape.object.mesh) + solve_seconds(shape.object.mesh, {1, most, 1}));
+  // Sets of far fewer modes than the largest are solved apart from it. Up to three are solved one
+  // by one, more from a basis of three (solve_materials.hpp).
   ExpectedSets large{0, most, 0}, small{0, 0, 0};
   for (const double modes : shape.modes) {
     ExpectedSets& group = modes > most / 2 ? large : small;

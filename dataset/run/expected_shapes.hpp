@@ -15,16 +15,14 @@ struct ExpectedSurface {
   double compressed = 1;  ///< fraction of shapes that compressing leaves
 };
 
-/// What a shape's modes task should come to, before anything is meshed. A tuned shape counts in the
-/// size that is drawn.
+/// What a shape's modes task should come to, before anything is meshed. The size of a tuned shape
+/// is a guess.
 struct ExpectedShape {
   plan::ExpectedObject object{};    ///< as it is meshed first
   solvers::pitch::MeshSize last{};  ///< the mesh that its modes are kept on
-  double error = 0;                 ///< pitch error of the first mesh [cent]
   int probes = 0;                   ///< solves of the hardest set before that mesh
   std::vector<double> modes{};      ///< of each mode set
-  double harmonics = 0;             ///< that all sets count; 0: solved in tetrahedra
-  double section = 0;               ///< nodes of a section that is turned
+  bool about_axis = false;          ///< solved by its section, without a mesh
   ExpectedSurface surface{};
 
   /// Of the largest set.

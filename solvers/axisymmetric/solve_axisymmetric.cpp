@@ -75,14 +75,11 @@ class SharedSections {
   ExpectedSection expected() const {
     ExpectedSection out;
     const mesh::MeridianMesh mesh = mesh::mesh_meridian(meridian_, order_, wanted_cell());
-    const double radius = mesh::measure(meridian_).largest_radius;
     double highest = 0;
     for (const MaterialSolve& one : solves_) {
       out.modes.push_back(one.expected_modes());
-      out.harmonics.push_back(one.largest_wave_number() * radius + 3);
       highest = std::max(highest, one.expected_harmonic());
     }
-    out.nodes = static_cast<double>(mesh.nodes.size());
     const TurnedSize surface = expected_surface(mesh, highest);
     out.rings = surface.rings;
     out.surface_nodes = surface.nodes;

@@ -29,12 +29,10 @@ struct MaterialBand {
 
 /// What solve_axisymmetric() should come to, before it begins.
 struct ExpectedSection {
-  double nodes = 0;               ///< of the section
-  double rings = 0;               ///< nodes of the surface's outline
-  double surface_nodes = 0;       ///< of these turned
-  double surface_faces = 0;       ///< triangles of order 3
-  std::vector<double> modes;      ///< of each of `wanted`, within a factor of about 1.3
-  std::vector<double> harmonics;  ///< that are counted for each
+  double rings = 0;           ///< nodes of the surface's outline
+  double surface_nodes = 0;   ///< of these turned
+  double surface_faces = 0;   ///< triangles of order 3
+  std::vector<double> modes;  ///< of each of `wanted`, within a factor of about 1.3
 };
 /// @throws InputError  as solve_axisymmetric()
 ExpectedSection expected_section(const mesh::Meridian& meridian,

@@ -116,12 +116,18 @@ MeshSize expected_refinement(const MeshSize& mesh, double error, double cents,
   return best;
 }
 
+double mesh_seconds(const MeshSize& mesh) {
+  constexpr double libraries = 0.25, element = 2e-5;
+  return libraries + element * mesh.elements;
+}
+
 double solve_seconds(const MeshSize& mesh, const ExpectedSets& sets) {
+  constexpr double smallest = 0.08;  // ordering and counting, however small the body
   // Eight classes of an eighth take 0.29 of the whole's time, four 0.28 to 0.43, two 0.64.
   const double solve = 5e-6 * std::pow(mesh.unknowns(), 1.3) * std::pow(mesh.layers(), 0.35) *
                        (sets.modes + 110) / 110 * std::pow(mesh.images, -0.6);
   // Sets from a basis cost a tenth of a solve.
-  return 0.12 + 2e-5 * mesh.elements + (sets.solves + 0.1 * (sets.sets - sets.solves)) * solve;
+  return smallest * sets.solves + (sets.solves + 0.1 * (sets.sets - sets.solves)) * solve;
 }
 
 double solve_memory(const MeshSize& mesh, const ExpectedSets& sets, int ranks,

@@ -36,8 +36,11 @@ struct ExpectedSets {
   double sets = 1;
 };
 
-/// Seconds of one rank of a 2.3 GHz Xeon, within a factor of two for bodies of 600 to 400,000
-/// unknowns: the mesher's process, and solves with their counts and error estimates.
+/// Processor seconds of the mesher's process, on an AMD EPYC.
+double mesh_seconds(const MeshSize& mesh);
+
+/// Processor seconds of one rank of an AMD EPYC, within a factor of two for bodies of 600 to
+/// 400,000 unknowns: solves with their counts and error estimates.
 double solve_seconds(const MeshSize& mesh, const ExpectedSets& sets);
 
 /// [byte] at the peak of meshing and solving on all ranks, within a quarter of what most bodies of

@@ -49,7 +49,8 @@ TEST(ExpectedObject, FilesThatCannotBeReadAreOfMiddlingSize) {
 TEST(Costs, WidthsAndKinds) {
   const std::string text =
       "objects:\n  - {shape: tile, name: large, parameters: {length: 25 cm, width: 25 cm}}\n"
-      "  - {shape: bar, name: small}\nmodes: {order: 2, element_size: 10 mm}\n";
+      "  - {shape: bar, name: small}\nmodes: {order: 2, element_size: 10 mm}\n"
+      "solver: {pitch_cents: off}\n";
   const auto alone = tasks_of(text);
   const auto wide = tasks_of(text + "ranks: {unknowns_per_rank: 20000, widest_group: 4}\n");
   ASSERT_EQ(alone.size(), 4u);
