@@ -242,9 +242,14 @@ void set_libraries_up() {
 namespace {
 
 /// @return the exit code
-int run_chosen(const Program& program, Context& context, int argc, char** argv) {
+int run_command_line(Program& program, Context& context, int argc, char** argv) {
   Started started;
   try {
+    if (const auto reply = program.parse(argc, argv)) {
+      const int code = tell(*reply, context, argc, argv);
+      const int error = finish_output();
+      return error == 0 ? code : fail_to_speak(context, error);
+    }
     const Command& command = program.chosen();
     context.chosen = &command;
     command.begin();
@@ -283,12 +288,7 @@ int run(int argc, char** argv, const LearningCommands& learning) {
                   "sounds, voxels and pictures.\nRuns with or without mpirun.",
                   version_text);
   describe(program, context, learning);
-  if (const auto reply = program.parse(argc, argv)) {
-    const int code = tell(*reply, context, argc, argv);
-    const int error = finish_output();
-    return error == 0 ? code : fail_to_speak(context, error);
-  }
-  const int code = run_chosen(program, context, argc, argv);
+  const int code = run_command_line(program, context, argc, argv);
   context.on_finish.finish(code);
   return code;
 }

@@ -103,7 +103,7 @@ class Tuning(FolderTest):
     def test_a_build_tunes_its_objects(self):
         config = self.write("tuned.yaml", self.BUILD % "tuned")
         self.assertIn("tuned ", run("plan", config).stdout)
-        built = run("build", config, "-o", self.folder / "tuned", "-q")
+        built = run("build", config, "-o", self.folder / "tuned", "--quiet")
         self.assertEqual(built.returncode, 0, built.stderr)
         with h5py.File(self.folder / "tuned/index.h5") as index:
             keys, sizes = index["key"].asstr()[:], index["size"][:]
@@ -146,7 +146,7 @@ class Tuning(FolderTest):
         file.write_bytes(kept)
         # Another material changes no other one's size, and the dataset grows.
         grown = self.write("tuned.yaml", (self.BUILD % "tuned").replace("glass]", "glass, iron]"))
-        self.assertEqual(run("build", grown, "-o", self.folder / "tuned", "-q").returncode, 0)
+        self.assertEqual(run("build", grown, "-o", self.folder / "tuned", "--quiet").returncode, 0)
         with h5py.File(self.folder / "tuned/index.h5") as index:
             now = dict(zip(index["key"].asstr()[:], index["size"][:]))
         for key, size in zip(keys, sizes):
