@@ -55,8 +55,9 @@ void read_sizes(ConfigNode& node, ObjectSource& source) {
 
 /// Pitches instead of sizes.
 void read_tune(ConfigNode& node, ObjectSource& source) {
-  for (const char* other : {"sizes", "drawn_size", "length"}) {
-    if (!node.has(other)) continue;
+  for (const std::string other : {"sizes", "drawn_size", "length"}) {
+    // A length of 0 asks for none.
+    if (other == "length" ? !(source.object.file.length > 0) : !node.has(other)) continue;
     node.fail("tune", fmt::format("`tune` and `{}` both say how large the object is", other),
               "keep one of them");
   }
