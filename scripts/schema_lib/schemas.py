@@ -185,7 +185,7 @@ class Maker:
         values = [load(text) for text in node.defaults]
         if len(values) == 1 and same(stated, values[0]):
             return {"default": values[0]}
-        if any(value not in ("", []) for value in values) and (not cell or len(values) == 1 and stated is not None):
+        if any(value not in ("", []) for value in values) and (not cell or (len(values) == 1 and stated is not None)):
             self.other_defaults.append(f"{node} ({', '.join(map(str, values))}, not {cell or 'none'})")
         return {}
 

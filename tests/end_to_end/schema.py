@@ -130,7 +130,7 @@ def unknown_key(configuration, ask):
     if ask["kind"] == "child" and isinstance(at(configuration, ask["path"]), dict):
         yield [*ask["path"], "no_such_key"], 1, True
     if ask["kind"] == "children":
-        for k, item in enumerate(at(configuration, ask["path"]) or []):
+        for k in range(len(at(configuration, ask["path"]) or [])):
             yield [*ask["path"], f"[{k}]", "no_such_key"], 1, True
 
 
@@ -249,8 +249,8 @@ class Agreement(SchemaTest):
             for _, kind, configuration, _ in self.cases:
                 if DOCUMENTS[kind] == document:
                     written |= set(re.findall(r'"(\w+)":', json.dumps(configuration)))
-            known = {name for name in properties({**schema, "definitions": {
-                key: value for key, value in schema["definitions"].items() if not key.startswith(("parameters_of", "swept"))}})}
+            known = set(properties({**schema, "definitions": {
+                key: value for key, value in schema["definitions"].items() if not key.startswith(("parameters_of", "swept"))}}))
             self.assertEqual(known - written, set())
 
     def test_every_key_that_a_reader_names_is_there(self):

@@ -1,3 +1,4 @@
+# ruff: noqa: F403, F405, I001 (as packages of Spack are written)
 import pathlib
 
 from spack_repo.builtin.build_systems.cmake import CMakePackage, generator
