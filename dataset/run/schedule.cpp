@@ -45,6 +45,7 @@ FileCounts count_files(std::span<const LoadedBuild> builds) {
   FileCounts files;
   for (const LoadedBuild& build : builds) add_files(build, files);
   if (builds.size() > 1) files.others += 4;  // a sweep's two tables, sweep.json and trace.json
+  ++files.others;                            // the run's status.json
   return files;
 }
 

@@ -14,7 +14,7 @@ namespace carillon::dataset::run {
 
 using nlohmann::ordered_json;
 
-StatusFile::StatusFile(std::filesystem::path folder, ordered_json head, ordered_json now)
+StatusFile::StatusFile(const std::filesystem::path& folder, ordered_json head, ordered_json now)
     : path_(folder / status_name), head_(std::move(head)), now_(std::move(now)) {
   head_["started"] = utc_date();
   end_ = {{"state", "running"}, {"exit_code", nullptr}};
