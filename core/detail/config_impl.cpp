@@ -243,7 +243,7 @@ std::vector<std::string> ConfigNode::Impl::lines() const {
     const std::string key = yaml_text(one.key) + ":";
     if (const auto* text = std::get_if<ConfigText>(&one.answer)) {
       const std::string unit = text->comment.empty() ? "" : "  # " + text->comment;
-      all.push_back(key + " " + text->value + unit);
+      all.push_back(fmt::format("{} {}{}", key, text->value, unit));
     } else if (const auto* child = std::get_if<Pointer>(&one.answer)) {
       const auto inner = (*child)->lines();
       all.push_back(inner.empty() ? key + " {}" : key);

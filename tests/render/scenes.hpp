@@ -52,7 +52,7 @@ inline SceneFrame draw(const Scene& scene, const std::vector<ScenePose>& poses) 
 /// A rectangle in the plane z = 0 from the origin, facing up.
 inline solvers::mesh::SurfaceMesh sheet(double width, double height) {
   solvers::mesh::SurfaceMesh mesh;
-  for (int i = 0; i < 4; ++i) mesh.vertices.emplace_back(i % 2 * width, i / 2 * height, 0);
+  for (int i = 0; i < 4; ++i) mesh.vertices.emplace_back(i % 2 * width, i < 2 ? 0 : height, 0);
   mesh.triangles = {{0, 1, 3}, {0, 3, 2}};
   return mesh;
 }
