@@ -13,7 +13,8 @@ struct ExpectedObject {
 
 /// From the family's parameters or what the plan found of the file's triangles, and the order and
 /// size of the elements. Depends on these alone, not on a cache. A file that could not be read, or
-/// bounds nothing, is taken for an object of middling size: its task will say what is wrong with it.
+/// bounds nothing, is taken for an object of middling size: its task will say what is wrong with
+/// it.
 ExpectedObject expected_object(const Shape& shape);
 
 }  // namespace carillon::dataset::plan

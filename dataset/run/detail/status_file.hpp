@@ -17,7 +17,8 @@ class StatusFile {
  public:
   /// @param head  what stays as it is while the run goes on
   /// @param now   as in update()
-  StatusFile(const std::filesystem::path& folder, nlohmann::ordered_json head, nlohmann::ordered_json now);
+  StatusFile(const std::filesystem::path& folder, nlohmann::ordered_json head,
+             nlohmann::ordered_json now);
   /// A run that has not ended by then was broken off by an error.
   ~StatusFile();
   StatusFile(const StatusFile&) = delete;
