@@ -87,7 +87,7 @@ int fail(const Context& context, const std::exception_ptr& error) {
     failure.message = context.chosen->in_options(failure.message);
     failure.hint = context.chosen->in_options(failure.hint);
   }
-  const mpi::ExitCode code = failure.kind == "Error" ? mpi::exit_internal : mpi::exit_input;
+  const mpi::ExitCode code = mpi::exit_code_of(failure);
   const auto tell = [&] {
     say(failure, fmt::format("rank {}: ", mpi::rank(context.world)), context.json);
   };

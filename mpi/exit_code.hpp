@@ -1,5 +1,7 @@
 #pragma once
 
+#include "core/failure.hpp"
+
 namespace carillon::mpi {
 
 /// Exit codes of the program.
@@ -11,5 +13,10 @@ enum ExitCode {
   exit_interrupted = 130,
   exit_overdue = 152  ///< a task went on after its limit of time; as a shell tells SIGXCPU
 };
+
+/// Of a program that an error ends.
+inline ExitCode exit_code_of(const core::Failure& failure) {
+  return failure.kind == "Error" ? exit_internal : exit_input;
+}
 
 }  // namespace carillon::mpi

@@ -22,7 +22,7 @@ mpi::Task modes_task(const configuration::BuildConfig& config, const ExpectedSha
   }
   const auto sets = static_cast<double>(shape.modes.size());
   task.width = configuration::group_width(config.ranks, shape.last.unknowns());
-  task.memory = solvers::pitch::solve_memory(shape.last, {1, shape.most_modes(), sets}, task.width,
+  task.memory = solvers::pitch::solve_memory(shape.last, {1, shape.max_modes(), sets}, task.width,
                                              static_cast<double>(config.solver.memory_limit));
   task.kind = task.width > 1 ? "modes of groups" : "modes";
   return task;

@@ -116,7 +116,7 @@ void expect_section(const configuration::BuildConfig& config, const plan::Shape&
 
 }  // namespace
 
-double ExpectedShape::most_modes() const {
+double ExpectedShape::max_modes() const {
   return modes.empty() ? 0 : *std::max_element(modes.begin(), modes.end());
 }
 
@@ -156,15 +156,15 @@ double modes_seconds(const ExpectedShape& shape) {
   using solvers::pitch::ExpectedSets;
   using solvers::pitch::mesh_seconds;
   using solvers::pitch::solve_seconds;
-  const double most = shape.most_modes();
+  const double max = shape.max_modes();
   double seconds = mesh_seconds(shape.last);
   seconds += shape.probes *
-             (mesh_seconds(shape.object.mesh) + solve_seconds(shape.object.mesh, {1, most, 1}));
+             (mesh_seconds(shape.object.mesh) + solve_seconds(shape.object.mesh, {1, max, 1}));
   // Sets of far fewer modes than the largest are solved apart from it. Up to three are solved one
   // by one, more from a basis of three (solve_materials.hpp).
-  ExpectedSets large{0, most, 0}, small{0, 0, 0};
+  ExpectedSets large{0, max, 0}, small{0, 0, 0};
   for (const double modes : shape.modes) {
-    ExpectedSets& group = modes > most / 2 ? large : small;
+    ExpectedSets& group = modes > max / 2 ? large : small;
     group.modes = std::max(group.modes, modes);
     ++group.sets;
   }

@@ -26,7 +26,7 @@ struct ExpectedShape {
   ExpectedSurface surface{};
 
   /// Of the largest set.
-  double most_modes() const;
+  double max_modes() const;
   /// Of all sets.
   double mean_modes() const;
 };

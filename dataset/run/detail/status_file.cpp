@@ -44,11 +44,12 @@ void StatusFile::end(std::string_view state, int exit_code) {
 }
 
 void StatusFile::fail(const std::exception_ptr& error) {
+  const core::Failure failure = core::describe(error);
   {
     const std::scoped_lock lock(mutex_);
-    if (!ended_) end_["error"] = core::describe(error).message;
+    if (!ended_) end_["error"] = failure.message;
   }
-  end("error", mpi::exit_input);
+  end("error", mpi::exit_code_of(failure));
 }
 
 void StatusFile::keep() {
