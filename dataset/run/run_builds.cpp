@@ -157,7 +157,7 @@ mpi::ServiceHooks Runner::hooks(LastWords& last_words, core::Progress& progress,
   hooks.progress = [this, &progress, status, expected](const mpi::TaskBoard& now) {
     // Costs grow and shrink as tasks tell how long they take.
     progress.update(expected * now.settled_cost() / std::max(now.total_cost(), 1e-300),
-                    tally_.text());
+                    tally_.text(progress.elapsed_s()));
     if (status != nullptr) status->update(this->status(progress));
   };
   return hooks;
@@ -211,9 +211,7 @@ ordered_json Runner::status(const core::Progress& progress) const {
   ordered_json status = {{"elapsed_s", elapsed},
                          {"fraction", or_null(progress.fraction())},
                          {"remaining_s", or_null(progress.remaining_s())},
-                         {"samples_per_s", nullptr}};
-  if (const std::int64_t made = tally_.new_samples(); made > 0 && elapsed > 0)
-    status["samples_per_s"] = static_cast<double>(made) / elapsed;
+                         {"samples_per_s", or_null(tally_.rate(elapsed))}};
   status.update(tally_.to_json());
   return status;
 }
@@ -256,7 +254,7 @@ int Runner::run_tasks(mpi::TaskBoard board, core::Progress& progress, StatusFile
       mpi::describe_machine(world_, builds_.front().build.config.ranks.memory_per_node));
   running.reset();
   last_words.keep();
-  progress.finish(host_ ? tally_.text() : "");
+  progress.finish(host_ ? tally_.text(progress.elapsed_s()) : "");
   if (status != nullptr) status->update(this->status(progress));
 
   outcome_.run = state_.run();

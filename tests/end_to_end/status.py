@@ -163,7 +163,7 @@ class Status(FolderTest):
         said = [DATE.sub("", line) for line in lines]
         # Each task with its time and rank, and how far it came, with units.
         self.assertEqual(sum(" on rank 0" in line for line in said), TASKS, said)
-        self.assertRegex(said[-1], rf"^build  100 %  {SAMPLES} of {SAMPLES} samples  {OBJECTS} of {OBJECTS} objects  "
+        self.assertRegex(said[-1], rf"^build  100 %  {SAMPLES} of {SAMPLES} samples  [0-9.]+ samples/s  {OBJECTS} of {OBJECTS} objects  "
                                    r"[0-9.]+ [kM]B  in [0-9.]+ m?s$")
         log = (self.folder / "two.log").read_text().splitlines()
         self.assertTrue(all(DATE.match(line) for line in log), log)

@@ -91,9 +91,16 @@ ordered_json Tally::to_json() const {
           {"bytes", bytes_}};
 }
 
-std::string Tally::text() const {
-  std::string text = fmt::format("{} of {} samples  {} of {} objects", samples_.done, samples_.all,
-                                 objects_.done, objects_.all);
+std::optional<double> Tally::rate(double elapsed_s) const {
+  const std::int64_t made = samples_.done - samples_before_;
+  if (made == 0 || !(elapsed_s > 0)) return std::nullopt;
+  return static_cast<double>(made) / elapsed_s;
+}
+
+std::string Tally::text(double elapsed_s) const {
+  std::string text = fmt::format("{} of {} samples", samples_.done, samples_.all);
+  if (const auto fast = rate(elapsed_s)) text += fmt::format("  {:.3g} samples/s", *fast);
+  text += fmt::format("  {} of {} objects", objects_.done, objects_.all);
   if (tasks_.failed > 0)
     text += fmt::format("  {} task{} failed", tasks_.failed, tasks_.failed == 1 ? "" : "s");
   return text + "  " + core::human_bytes(static_cast<double>(bytes_));

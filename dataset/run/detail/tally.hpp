@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -29,10 +30,11 @@ class Tally {
   /// `samples`, `objects` and `tasks`: how many there are, are done and have failed (`all`, `done`,
   /// `failed`; samples whose object failed have, too); `bytes` of files.
   nlohmann::ordered_json to_json() const;
-  /// "120 of 400 samples  3 of 8 objects  1 task failed  12.3 MB".
-  std::string text() const;
-  /// Done by this run.
-  std::int64_t new_samples() const { return samples_.done - samples_before_; }
+  /// "120 of 400 samples  22.3 samples/s  3 of 8 objects  1 task failed  12.3 MB".
+  /// @param elapsed_s  since this run began
+  std::string text(double elapsed_s) const;
+  /// Samples of this run [1/s]; nothing before the first.
+  std::optional<double> rate(double elapsed_s) const;
 
  private:
   struct Count {
