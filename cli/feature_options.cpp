@@ -15,15 +15,19 @@ void add_feature_arguments(Command& command, eval::features::FeatureArguments& a
       .option("--contact-time", arguments.contact_time,
               "left out after the onset: the object is still driven")
       .show_default("3 ms");
+  command.option("--duration", arguments.duration, "that is analysed after the contact, at most")
+      .show_default("20 s");
   command.option("--min-frequency", arguments.min_frequency, "of modes").show_default("20 Hz");
   command
       .option("--max-frequency", arguments.max_frequency,
               "of modes; at most 0.95 of half the sample rate")
       .show_default("20 kHz");
   command
-      .option("--min-decay-rate", arguments.min_decay_rate,
-              "what decays slower is taken for a hum [1/s]")
-      .show_default("0.2");
+      .option(
+          "--min-decay-rate", arguments.min_decay_rate,
+          "what decays slower is a hum, all else a mode [1/s]; without it a hum is told by what "
+          "was there before the strike")
+      .show_default("by evidence");
   command.option("--rt60", arguments.rt60,
                  "reverberation time of the room, or T1,T2,... by octave from 125 Hz on: modes "
                  "that cannot be told from its decay are marked");

@@ -21,18 +21,21 @@ struct FeatureOptions {
   double contact_time = 0.003;   ///< after the onset, left out: the modes are still driven [s]
   double min_frequency = 20;     ///< [Hz]
   double max_frequency = 20000;  ///< [Hz]; never above 0.95 of half the sample rate
-  double min_decay_rate = 0.2;   ///< what decays slower is a hum [1/s]
+  /// What decays slower is a hum and all else is a mode [1/s]; none: told by what was there before
+  /// the strike, by mains frequencies, and by whether it decays.
+  std::optional<double> min_decay_rate;
+  double duration = 20;  ///< that is analysed after the contact, at most [s]
   /// Reverberation times of the room by octave from 125 Hz on [s], the last one holds above; empty:
   /// not known, 0: does not reverberate. Modes with d above 6.9 / rt60 and what may be the room's
   /// own decay are marked.
   std::vector<double> rt60;
   /// Whether what cannot be told from the room's decay is looked for, too, and marked.
   bool keep_reverberant = true;
-  double min_level = -60;          ///< energy of a mode against the strongest's [dB]
-  std::size_t max_features = 300;  ///< of a channel, those of most energy
+  double min_level = -40;          ///< energy of a mode against the strongest's [dB]
+  std::size_t max_features = 100;  ///< of a channel, those of most energy
 };
 
-/// A tone that does not decay with the sound: not a mode.
+/// A steady tone that is not the object's, or does not decay as long as it is heard.
 struct Hum {
   double frequency = 0;   ///< [Hz]
   double decay_rate = 0;  ///< [1/s], may be negative

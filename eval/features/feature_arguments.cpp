@@ -49,6 +49,7 @@ FeatureOptions feature_options(const FeatureArguments& arguments) {
   };
   read(arguments.onset, Dimension::time, "--onset", options.onset);
   read(arguments.contact_time, Dimension::time, "--contact-time", options.contact_time);
+  read(arguments.duration, Dimension::time, "--duration", options.duration);
   read(arguments.min_frequency, Dimension::frequency, "--min-frequency", options.min_frequency);
   read(arguments.max_frequency, Dimension::frequency, "--max-frequency", options.max_frequency);
   read(arguments.min_decay_rate, Dimension::none, "--min-decay-rate", options.min_decay_rate);

@@ -14,10 +14,10 @@ constexpr std::size_t max_feature_count = 5000;  ///< of a channel
 /// is meant.
 struct FeatureArguments {
   std::string method = "esprit";
-  std::string onset, contact_time, min_frequency, max_frequency, min_decay_rate;
+  std::string onset, contact_time, duration, min_frequency, max_frequency, min_decay_rate;
   std::string rt60;  ///< one or several with commas between them, by octave from 125 Hz on
-  double min_level = -60;
-  std::size_t max_features = 300;
+  double min_level = -40;
+  std::size_t max_features = 100;
 };
 
 /// @throws InputError  a value that cannot be read or is out of range; names the option

@@ -4,56 +4,45 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "core/numbers.hpp"
+#include "eval/features/detail/damage.hpp"
+#include "eval/features/detail/strikes.hpp"
 
 namespace carillon::eval::features {
 
 namespace {
 
-constexpr double frame_length = 0.001;    ///< [s]
-constexpr double silent = 1e-7;           ///< of full scale, -140 dB
-constexpr double onset_fraction = 0.01;   ///< of the loudest energy
-constexpr double strike_rise = 4;         ///< 6 dB
-constexpr double strike_fraction = 1e-3;  ///< -30 dB of the first
-constexpr double min_steps = 100;         ///< of a converter, that a clipped value is large
-constexpr std::size_t strike_gap = 20;    ///< frames after an onset that belong to it
-constexpr std::size_t strike_before = 50;
-constexpr std::size_t strike_within = 5;
+constexpr double frame_length = 0.001;   ///< [s]
+constexpr double silent = 1e-7;          ///< of full scale, -140 dB
+constexpr double onset_fraction = 0.01;  ///< of the loudest energy
+constexpr double same_strike = 0.004;    ///< [s]
+constexpr double group_time = 0.1;       ///< in which strikes may be one group [s]
+constexpr double given_window = 0.02;    ///< after an onset that is given [s]
 
-/// Energy of the differences of neighbouring samples, frame by frame: what is struck anew shows in
-/// high frequencies, which the ringing has lost.
-std::vector<double> frame_energies(std::span<const double> samples, std::size_t frame) {
+/// Mean over three frames of the energy of the differences of neighbouring samples: what is struck
+/// shows in high frequencies, which the ringing has lost.
+std::vector<double> levels(std::span<const double> samples, std::size_t frame) {
   std::vector<double> energies(samples.size() / frame);
   for (std::size_t k = 0; k < energies.size(); ++k) {
-    double sum = 0;
     for (std::size_t n = std::max<std::size_t>(1, k * frame); n < (k + 1) * frame; ++n) {
       const double step = samples[n] - samples[n - 1];
-      sum += step * step;
+      energies[k] += step * step;
     }
-    energies[k] = sum;
   }
-  return energies;
-}
-
-/// Mean over three frames.
-std::vector<double> smooth(const std::vector<double>& values) {
-  std::vector<double> out(values.size());
-  for (std::size_t k = 0; k < values.size(); ++k) {
-    const std::size_t first = k > 0 ? k - 1 : 0, last = std::min(values.size() - 1, k + 1);
-    double sum = 0;
-    for (std::size_t i = first; i <= last; ++i) sum += values[i];
-    out[k] = sum / static_cast<double>(last - first + 1);
+  std::vector<double> out(energies.size());
+  for (std::size_t k = 0; k < energies.size(); ++k) {
+    const std::size_t first = k > 0 ? k - 1 : 0, last = std::min(energies.size() - 1, k + 1);
+    for (std::size_t i = first; i <= last; ++i) out[k] += energies[i];
+    out[k] /= static_cast<double>(last - first + 1);
   }
   return out;
 }
 
-std::size_t find_onset(std::span<const double> samples, const std::vector<double>& energy,
-                       std::size_t frame) {
-  const std::vector<double> level = smooth(energy);
-  const auto loudest =
-      static_cast<std::size_t>(std::max_element(level.begin(), level.end()) - level.begin());
+/// Of a sound that begins slowly, or where the recording does: the sample from which on it is
+/// larger than what was there before, or a hundredth of the largest.
+std::size_t slow_onset(std::span<const double> samples, const std::vector<double>& level,
+                       std::size_t loudest, std::size_t frame) {
   // What was there before, if the strike is not at the very beginning.
   double before = 0;
   if (loudest > 10) {
@@ -65,7 +54,6 @@ std::size_t find_onset(std::span<const double> samples, const std::vector<double
   const double threshold = std::max(onset_fraction * level[loudest], 6 * before);
   std::size_t first = loudest;
   while (first > 0 && level[first - 1] > threshold) --first;
-  // To the sample: the first that is larger than all noise, or a hundredth of the largest.
   const std::size_t from = first > 1 ? (first - 2) * frame : 0;
   const std::size_t to = std::min(samples.size(), (loudest + 2) * frame);
   const double peak = core::peak(samples.subspan(from, to - from));
@@ -78,56 +66,113 @@ std::size_t find_onset(std::span<const double> samples, const std::vector<double
   return from;
 }
 
-/// First frame of the next strike, if there is one.
-std::optional<std::size_t> next_strike(const std::vector<double>& energy, std::size_t onset) {
-  double first = 0;
-  for (std::size_t k = onset; k < std::min(energy.size(), onset + strike_gap); ++k) {
-    first = std::max(first, energy[k]);
+/// Where a recording is struck, and which of that is analysed.
+struct Onsets {
+  std::vector<std::size_t> samples;  ///< of all strikes, in order
+  std::size_t loudest = 0;           ///< index
+  std::size_t taken = 0;             ///< index; the loudest, or one that follows it closely
+};
+
+Onsets find_onsets(std::span<const double> samples, double sample_rate, std::size_t frame) {
+  const std::vector<double> level = levels(samples, frame);
+  const auto loudest =
+      static_cast<std::size_t>(std::max_element(level.begin(), level.end()) - level.begin());
+  const auto seconds = [&](double time) { return static_cast<std::size_t>(time * sample_rate); };
+  Onsets onsets;
+  onsets.samples = find_strikes(samples, sample_rate);
+  // The last one before it is loudest; none where the recording begins ringing or swells.
+  const auto later = std::upper_bound(onsets.samples.begin(), onsets.samples.end(),
+                                      std::min(samples.size(), (loudest + 2) * frame));
+  if (later == onsets.samples.begin()) {
+    onsets.samples.insert(later, slow_onset(samples, level, loudest, frame));
+  } else {
+    onsets.loudest = static_cast<std::size_t>(later - onsets.samples.begin()) - 1;
   }
-  for (std::size_t k = onset + strike_gap; k + strike_within <= energy.size(); ++k) {
-    double before = 0, after = 0;
-    const std::size_t from = std::max(onset, k > strike_before ? k - strike_before : 0);
-    for (std::size_t i = from; i < k; ++i) before = std::max(before, energy[i]);
-    for (std::size_t i = k; i < k + strike_within; ++i) after = std::max(after, energy[i]);
-    if (after > strike_rise * before && after > strike_fraction * first) return k;
+  // After the last of several strikes all of them ring freely.
+  const auto rings = [&](std::size_t k) {
+    return (k + 1 < onsets.samples.size() ? onsets.samples[k + 1] : samples.size()) -
+           onsets.samples[k];
+  };
+  onsets.taken = onsets.loudest;
+  while (onsets.taken + 1 < onsets.samples.size() && rings(onsets.taken) < seconds(group_time) &&
+         rings(onsets.taken + 1) > rings(onsets.taken)) {
+    ++onsets.taken;
   }
-  return std::nullopt;
+  return onsets;
 }
 
-/// Runs of equal samples at the largest or smallest value that break off with a step.
-struct Clipping {
-  std::size_t count = 0;
-  std::size_t last = 0;
-};
-Clipping find_clipping(std::span<const double> samples, std::size_t from, std::size_t to) {
-  Clipping clipping;
-  if (to - from < 8) return clipping;
-  const auto [low, high] = std::minmax_element(samples.begin() + static_cast<std::ptrdiff_t>(from),
-                                               samples.begin() + static_cast<std::ptrdiff_t>(to));
-  // A converter's smallest step: tops of a few steps are flat without being cut.
-  double step = std::numeric_limits<double>::infinity();
-  for (std::size_t n = from + 1; n < to; ++n) {
-    const double difference = std::abs(samples[n] - samples[n - 1]);
-    if (difference > 0) step = std::min(step, difference);
+/// "0.020 s", "0.020 and 0.032 s" or "0.020, 0.032 and 0.051 s".
+std::string times(std::span<const std::size_t> samples, double sample_rate) {
+  std::string text;
+  for (std::size_t k = 0; k < samples.size(); ++k) {
+    if (k > 0) text += k + 1 < samples.size() ? ", " : " and ";
+    text += fmt::format("{:.3f}", static_cast<double>(samples[k]) / sample_rate);
   }
-  for (const double extreme : {*low, *high}) {
-    if (std::abs(extreme) < min_steps * step) continue;
-    for (std::size_t n = from; n < to;) {
-      std::size_t last = n;
-      while (last < to && samples[last] == extreme) ++last;
-      const std::size_t run = last - n;
-      if (run >= 3) {
-        const double in = n > from ? std::abs(samples[n - 1] - extreme) : 0;
-        const double out = last < to ? std::abs(samples[last] - extreme) : 0;
-        if (std::max(in, out) > 0.01 * std::abs(extreme)) {
-          clipping.count += run;
-          clipping.last = std::max(clipping.last, last);
-        }
-      }
-      n = last + 1;
+  return text + " s";
+}
+
+/// Sets the onset of a segment and where it ends for another strike's sake.
+/// @return  where the strike itself begins: an onset that is given may be early
+std::size_t choose_strike(const Onsets& onsets, std::optional<double> given, double sample_rate,
+                          std::size_t frame, Segment& segment) {
+  const std::span<const std::size_t> all = onsets.samples;
+  std::size_t next = onsets.taken + 1;  // the strike after the one that is analysed
+  std::size_t struck = all[onsets.taken];
+  if (given) {
+    struck = static_cast<std::size_t>(std::llround(*given * sample_rate));
+    segment.onset = struck;
+    const auto apart = [&](std::size_t strike) {
+      return (static_cast<double>(all[strike]) / sample_rate) - *given;
+    };
+    for (next = 0; next < all.size() && apart(next) <= same_strike;) ++next;
+    // A label may be early, unless there is a strike where it says.
+    const bool labelled = next > 0 && apart(next - 1) > -same_strike;
+    if (!labelled && next < all.size() && apart(next) < given_window) struck = all[next++];
+  } else {
+    segment.onset = struck;
+    if (onsets.taken > onsets.loudest) {
+      segment.remarks.push_back(fmt::format(
+          "strikes at {}: analysed from the last on, where all of them ring; amplitudes are those "
+          "of their sum (--onset takes another)",
+          times(all.subspan(onsets.loudest, next - onsets.loudest), sample_rate)));
+    } else if (onsets.taken > 0) {
+      segment.remarks.push_back(
+          fmt::format("struck before, at {}: the loudest strike, at {}, is analysed (--onset takes "
+                      "another)",
+                      times(all.first(onsets.taken), sample_rate),
+                      times(all.subspan(onsets.taken, 1), sample_rate)));
     }
   }
-  return clipping;
+  if (next < all.size()) {
+    segment.end = all[next] - std::min(all[next], frame);
+    segment.remarks.push_back(
+        fmt::format("another strike or lost samples at {}: what comes after is left out",
+                    times(all.subspan(next, 1), sample_rate)));
+  }
+  return struck;
+}
+
+/// Leaves out what is missing and what is clipped.
+void leave_out_damage(std::span<const double> samples, double sample_rate, std::size_t struck,
+                      Segment& segment) {
+  if (const auto gap = find_gap(samples.subspan(0, segment.end), struck, sample_rate)) {
+    if (gap->breaks_off) {
+      segment.remarks.push_back(
+          fmt::format("samples are missing from {} on: what comes after is left out",
+                      times({&gap->first, 1}, sample_rate)));
+    }
+    segment.end = gap->first;
+  }
+  const Clipping clipping = find_clipping(samples, segment.onset, segment.end);
+  segment.clipped = clipping.count;
+  if (clipping.last > segment.begin) {
+    segment.begin = clipping.last + 1;
+    segment.remarks.push_back(fmt::format(
+        "{} samples are clipped: left out up to {:.1f} ms after the onset", clipping.count,
+        1e3 * static_cast<double>(segment.begin - segment.onset) / sample_rate));
+  } else if (clipping.count > 0) {
+    segment.remarks.push_back(fmt::format("{} samples are clipped", clipping.count));
+  }
 }
 
 }  // namespace
@@ -148,41 +193,20 @@ Segment find_segment(std::span<const double> samples, double sample_rate,
         std::max(std::abs(*low), std::abs(*high)) < silent ? "silent" : "constant: nothing moves";
     return segment;
   }
-  const std::vector<double> energy = frame_energies(samples, frame);
-  if (onset) {
-    segment.onset = static_cast<std::size_t>(std::llround(*onset * sample_rate));
-    if (segment.onset >= samples.size()) {
-      segment.nothing = fmt::format("the onset given, {:g} s, is after its end", *onset);
-      return segment;
-    }
-  } else {
-    segment.onset = find_onset(samples, energy, frame);
+  if (onset && *onset * sample_rate >= static_cast<double>(samples.size())) {
+    segment.nothing = fmt::format("the onset given, {:g} s, is after its end", *onset);
+    return segment;
   }
-  if (const auto next = next_strike(energy, segment.onset / frame)) {
-    segment.end = *next * frame;
-    segment.remarks.push_back(
-        fmt::format("another strike at {:.3f} s: what comes after it is left out",
-                    static_cast<double>(segment.end) / sample_rate));
-  }
-  segment.begin = segment.onset + static_cast<std::size_t>(contact * sample_rate);
-  const Clipping clipping = find_clipping(samples, segment.onset, segment.end);
-  segment.clipped = clipping.count;
-  if (clipping.last > segment.begin) {
-    segment.begin = clipping.last + 1;
-    segment.remarks.push_back(fmt::format(
-        "{} samples are clipped: left out up to {:.1f} ms after the onset", clipping.count,
-        1e3 * static_cast<double>(segment.begin - segment.onset) / sample_rate));
-  } else if (clipping.count > 0) {
-    segment.remarks.push_back(fmt::format("{} samples are clipped", clipping.count));
-  }
+  const Onsets onsets = find_onsets(samples, sample_rate, frame);
+  const std::size_t struck = choose_strike(onsets, onset, sample_rate, frame, segment);
+  segment.quiet = std::min(onsets.samples.front(), segment.onset);
+  segment.begin = struck + static_cast<std::size_t>(contact * sample_rate);
+  leave_out_damage(samples, sample_rate, struck, segment);
   if (segment.begin + 16 * frame > segment.end) {
-    segment.nothing =
-        segment.clipped > 0
-            ? "clipped to the end"
-            : fmt::format(
-                  "too short: {:.1f} ms after the strike",
-                  1e3 * (static_cast<double>(segment.end) - static_cast<double>(segment.onset)) /
-                      sample_rate);
+    const double rings = static_cast<double>(segment.end) - static_cast<double>(struck);
+    segment.nothing = segment.clipped > 0 ? "clipped to the end"
+                                          : fmt::format("too short: {:.1f} ms after the strike",
+                                                        1e3 * rings / sample_rate);
   }
   return segment;
 }

@@ -68,8 +68,9 @@ std::vector<FeatureSource> read_sources(ConfigNode& node) {
       node.quantity("min_frequency", Dimension::frequency, options.min_frequency);
   options.max_frequency =
       node.quantity("max_frequency", Dimension::frequency, options.max_frequency);
-  options.min_decay_rate =
-      node.not_negative("min_decay_rate", Dimension::none, options.min_decay_rate);
+  if (node.has("min_decay_rate")) {
+    options.min_decay_rate = node.not_negative("min_decay_rate", Dimension::none, 0);
+  }
   options.min_level = node.quantity("min_level", Dimension::none, options.min_level);
   options.max_features = static_cast<std::size_t>(
       node.integer("max_features", 1, 1000000, static_cast<std::int64_t>(options.max_features)));

@@ -160,8 +160,10 @@ TEST(Features, DoubletsWithoutNoiseAreTwo) {
       }
     }
     const ClipShape shape{44100, 1, 0};
+    features::FeatureOptions options;
+    options.min_level = -70;
     const features::FeatureSet set =
-        features::extract_features(strike_clip(partials, shape), shape.sample_rate);
+        features::extract_features(strike_clip(partials, shape), shape.sample_rate, options);
     const auto right = [&](const Partial& partial) {
       const features::Feature* feature = nearest(set, partial.frequency);
       return std::abs(feature->frequency - partial.frequency) < 0.05 &&

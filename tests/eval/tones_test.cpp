@@ -9,7 +9,6 @@
 #include "eval/features/detail/find_tones.hpp"
 #include "eval/features/detail/noise_floor.hpp"
 #include "eval/features/detail/tone.hpp"
-#include "eval/features/segment.hpp"
 #include "synth/signal/real_fft.hpp"
 #include "tests/eval/strike_clip.hpp"
 
@@ -127,31 +126,6 @@ TEST(NoiseFloor, IsThatOfWhiteNoiseBelowLines) {
     // The skirts of twenty lines are in the one, not in the other.
     EXPECT_GT(whole[bin], 0.7 * truth);
     EXPECT_NEAR(tail[bin] / truth, 1, 0.4) << bin;
-  }
-}
-
-TEST(Segments, BeginAtTheOnset) {
-  TestRandom random(2);
-  const Partial partial{700, 30, 0.5, 0.3};
-  for (const double onset : {0.0, 0.0131, 0.25}) {
-    const ClipShape shape{44100, 0.8, onset};
-    std::vector<double> samples = strike_clip({&partial, 1}, shape);
-    for (double& sample : samples) sample += 5e-4 * random.normal();
-    const features::Segment segment = features::find_segment(samples, shape.sample_rate, {}, 0.003);
-    EXPECT_NEAR(static_cast<double>(segment.onset) / shape.sample_rate, onset, 5e-4) << onset;
-    EXPECT_EQ(segment.begin, segment.onset + 132);
-    EXPECT_EQ(segment.end, samples.size());
-  }
-}
-
-// Two modes 7 Hz apart beat, which is no second strike.
-TEST(Segments, DoNotEndAtABeat) {
-  for (const double apart : {1.0, 3.0, 7.0, 15.0, 40.0}) {
-    const std::vector<Partial> pair = {{900, 3, 1, 0}, {900 + apart, 3, 1, 0}};
-    const ClipShape shape{44100, 1.5, 0.01};
-    const auto samples = strike_clip(pair, shape);
-    EXPECT_EQ(features::find_segment(samples, shape.sample_rate, {}, 0.003).end, samples.size())
-        << apart;
   }
 }
 

@@ -62,7 +62,11 @@ std::vector<double> spread(const Floor& floor, std::size_t bins, double factor) 
 std::vector<double> noise_floor(std::span<const std::complex<double>> spectrum, BinRange band) {
   std::vector<double> power(spectrum.size());
   for (std::size_t k = 0; k < power.size(); ++k) power[k] = std::norm(spectrum[k]);
-  return spread(floor_of(power, band), power.size(), 1);
+  return noise_floor(std::span<const double>(power), band);
+}
+
+std::vector<double> noise_floor(std::span<const double> powers, BinRange band) {
+  return spread(floor_of(powers, band), powers.size(), 1);
 }
 
 std::vector<double> tail_floor(std::span<const double> samples, BinRange band) {

@@ -14,6 +14,8 @@ namespace carillon::eval::features {
 /// fill less than half of that do not count.
 /// @param band  bins that are looked at; others get the value at its ends
 std::vector<double> noise_floor(std::span<const std::complex<double>> spectrum, BinRange band);
+/// The same of powers.
+std::vector<double> noise_floor(std::span<const double> powers, BinRange band);
 
 /// The same of what is left of a signal in its last quarter, in the unit of the transform of all of
 /// it.

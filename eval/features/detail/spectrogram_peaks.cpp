@@ -18,7 +18,8 @@ using Complex = std::complex<double>;
 
 constexpr std::size_t shortest = 256, longest = 8192;
 constexpr double explained_fraction = 0.9999;
-constexpr double peak_above_noise = 10;  ///< power ratio, 10 dB
+constexpr double peak_above_noise = 10;       ///< power ratio, 10 dB
+constexpr double usual_min_decay_rate = 0.2;  ///< [1/s]
 /// Bins on either side of a peak in which it is fitted, and from which it is taken.
 constexpr int fitted_bins = 2, taken_bins = 8;
 
@@ -256,7 +257,7 @@ void by_peaks(std::span<const double> samples, double sample_rate, double after_
       continue;
     }
     const double amplitude = std::exp(mode.log_amplitude);
-    if (decay_rate < options.min_decay_rate) {
+    if (decay_rate < options.min_decay_rate.value_or(usual_min_decay_rate)) {
       set.hums.push_back({frequency, decay_rate, amplitude});
       continue;
     }

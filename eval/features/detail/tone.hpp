@@ -55,4 +55,8 @@ void add_tone(std::span<double> signal, const Tone& tone, double factor);
 /// frequency.
 double energy(const Tone& tone, std::size_t count);
 
+/// Sum of a[n] b[n] over the samples, without the part that oscillates at the sum of their
+/// frequencies; energy(a) where b is a.
+double product(const Tone& a, const Tone& b, std::size_t count);
+
 }  // namespace carillon::eval::features

@@ -229,10 +229,10 @@ Proposal propose(const ToneFit& fit, std::span<const std::size_t> replaced,
 namespace {
 
 /// Changes the residual outside of a range by what a tone in place of another (null: of none) makes
-/// there, as far as it is more than a 300th of the noise's amplitude: skirts fall with their
+/// there, as far as it is more than a 30th of the noise's amplitude: skirts fall with their
 /// distance.
 void update_beyond(ToneFit& fit, const Tone* before, const Tone& after, const BinRange& range) {
-  constexpr double minimum = 1e-5;  // of the noise's power
+  constexpr double minimum = 1e-3;  // of the noise's power
   double reach = 0;
   const double centre = after.rate.imag() * bins_per_radian(fit);
   for (const std::size_t edge : {range.first, range.last - 1}) {
@@ -296,12 +296,17 @@ void refine_all(ToneFit& fit, int max_rounds, Fineness fineness, std::size_t fro
     bool any = false;
     double gained = 0;
     std::vector<bool> next(fit.tones.size(), false);
-    for (std::size_t k = 0; k < fit.tones.size(); ++k) {
-      if (!moving[k]) continue;
+    std::vector<bool> refined(fit.tones.size(), false);
+    for (std::size_t i = 0; i < fit.tones.size(); ++i) {
+      // There and back, so that blocks change.
+      const std::size_t k = round % 2 == 0 ? i : fit.tones.size() - 1 - i;
+      if (!moving[k] || refined[k]) continue;
       const auto block = neighbours(fit, fit.tones[k].rate, max_together, alike_limit);
       std::vector<Tone> tones;
       for (const std::size_t other : block) tones.push_back(fit.tones[other]);
       const Proposal proposal = propose(fit, block, tones, max_steps, fineness);
+      // The nearest have had all that matters to them in this block.
+      for (std::size_t near = 0; near < (block.size() + 1) / 2; ++near) refined[block[near]] = true;
       if (!(proposal.gain > 0)) continue;
       commit(fit, proposal);
       gained += proposal.gain;

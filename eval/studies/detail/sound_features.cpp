@@ -28,12 +28,12 @@ constexpr std::size_t sounds_per_block = 32;
 /// The modes of an object are at hand for all of its sounds.
 constexpr std::size_t truths_per_block = 256;
 /// Of what is kept. Raise it when the same sound gives other features.
-constexpr int revision = 4;
+constexpr int revision = 5;
 
 std::string text_of(const FeatureSource& source) {
   const features::FeatureOptions& o = source.options;
   return fmt::format("{} {} {} {} {} {} {} {} carillon {} revision {}", source.name, o.contact_time,
-                     o.min_frequency, o.max_frequency, o.min_decay_rate, o.min_level,
+                     o.min_frequency, o.max_frequency, o.min_decay_rate.value_or(-1), o.min_level,
                      o.max_features, source.truth || o.keep_reverberant, core::version(), revision);
 }
 
