@@ -13,7 +13,7 @@
 
 #include "core/error.hpp"
 #include "core/handle.hpp"
-#include "core/what_is.hpp"
+#include "core/sound_file.hpp"
 
 namespace carillon::core {
 
@@ -22,7 +22,7 @@ namespace {
 void close_file(SNDFILE** file) {
   sf_close(*file);
 }
-using SoundFile = Handle<SNDFILE*, close_file, nullptr>;
+using WrittenFile = Handle<SNDFILE*, close_file, nullptr>;
 
 void check_clip(const std::string& name, const AudioClip& clip) {
   if (clip.channels < 1 || clip.sample_rate < 1 ||
@@ -81,7 +81,7 @@ void write(const std::string& name, const AudioClip& clip, SampleFormat format, 
   info.samplerate = clip.sample_rate;
   info.format =
       SF_FORMAT_WAV | (format == SampleFormat::float32 ? SF_FORMAT_FLOAT : SF_FORMAT_PCM_16);
-  SoundFile file(open(&info));
+  WrittenFile file(open(&info));
   if (file.get() == nullptr) {
     throw FileError(fmt::format("{}: cannot be written: {}", name, sf_strerror(nullptr)));
   }
@@ -101,17 +101,6 @@ void write(const std::string& name, const AudioClip& clip, SampleFormat format, 
   if (written == count && closed == 0) return;
   if (written == count) reason = sf_error_number(closed);
   throw FileError(fmt::format("{}: cannot be written: {}", name, reason));
-}
-
-/// Why libsndfile could not open a file, which it hardly tells.
-[[noreturn]] void refuse_to_read(const std::filesystem::path& path) {
-  const WhatIs what = what_is(path);
-  if (what.name == "missing") throw FileError(fmt::format("{}: no such file", path.string()));
-  if (!what.sound && what.name != "a file") {
-    throw FileError(fmt::format("{} is {}; a recording is wanted", path.string(), what.name),
-                    "WAV, FLAC, Ogg or any other file that libsndfile reads");
-  }
-  throw FileError(fmt::format("{}: cannot be read: {}", path.string(), sf_strerror(nullptr)));
 }
 
 }  // namespace
@@ -142,26 +131,18 @@ std::string wav_bytes(const std::string& name, const AudioClip& clip, SampleForm
 }
 
 AudioHeader read_audio_header(const std::filesystem::path& path) {
-  SF_INFO info{};
-  const SoundFile file(sf_open(path.c_str(), SFM_READ, &info));
-  if (file.get() == nullptr) {
-    refuse_to_read(path);
-  }
-  return {info.channels, info.samplerate,
-          static_cast<double>(info.frames) / static_cast<double>(info.samplerate)};
+  const SoundFile file(path);
+  return {file.info().channels, file.info().samplerate,
+          static_cast<double>(file.info().frames) / static_cast<double>(file.info().samplerate)};
 }
 
 AudioClip read_audio(const std::filesystem::path& path) {
-  SF_INFO info{};
-  const SoundFile file(sf_open(path.c_str(), SFM_READ, &info));
-  if (file.get() == nullptr) {
-    refuse_to_read(path);
-  }
+  SoundFile file(path);
   AudioClip clip;
-  clip.channels = info.channels;
-  clip.sample_rate = info.samplerate;
+  clip.channels = file.info().channels;
+  clip.sample_rate = file.info().samplerate;
   // The header's length may be anything in a damaged file, so what is read decides.
-  const auto channels = static_cast<std::size_t>(info.channels);
+  const auto channels = static_cast<std::size_t>(clip.channels);
   std::vector<float> block(4096 * channels);
   while (true) {
     const sf_count_t frames = sf_readf_float(file.get(), block.data(), 4096);
@@ -169,8 +150,8 @@ AudioClip read_audio(const std::filesystem::path& path) {
     const auto count = static_cast<std::ptrdiff_t>(static_cast<std::size_t>(frames) * channels);
     clip.samples.insert(clip.samples.end(), block.begin(), block.begin() + count);
   }
-  if (sf_error(file.get()) != SF_ERR_NO_ERROR) {
-    throw FileError(fmt::format("{}: cannot be read: {}", path.string(), sf_strerror(file.get())));
+  if (const int code = sf_error(file.get()); code != SF_ERR_NO_ERROR) {
+    throw FileError(fmt::format("{}: cannot be read: {}", path.string(), sound_fault(code)));
   }
   return clip;
 }

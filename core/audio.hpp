@@ -39,11 +39,11 @@ struct AudioHeader {
   int sample_rate = 44100;
   double seconds = 0;
 };
-/// @throws FileError  not readable, with libsndfile's reason
+/// @throws FileError  not readable, with the reason
 AudioHeader read_audio_header(const std::filesystem::path& path);
 
-/// Any format that libsndfile reads.
-/// @throws FileError  not readable, with libsndfile's reason
+/// Any format that libsndfile reads, as SoundFile has it.
+/// @throws FileError  not readable, with the reason
 AudioClip read_audio(const std::filesystem::path& path);
 
 }  // namespace carillon::core

@@ -49,6 +49,8 @@ struct Magic {
 // First bytes, as the formats' own descriptions give them.
 constexpr std::array magics = {
     Magic{"RIFF", "a WAV file", sound_takers},
+    Magic{"BW64", "a WAV file", sound_takers},
+    Magic{"RF64", "a WAV file", sound_takers},
     Magic{"fLaC", "a FLAC file", sound_takers},
     Magic{"OggS", "an Ogg file", sound_takers},
     Magic{"\x89PNG", "a PNG picture", ""},

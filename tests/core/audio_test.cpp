@@ -163,6 +163,81 @@ TEST(ReadAudio, NamesTheFileAndTheReason) {
   }
 }
 
+/// A chunk of a RIFF file, its size as told.
+std::string sized_chunk(const std::string& name, const std::string& bytes, std::uint32_t size) {
+  std::string text = name;
+  for (int k = 0; k < 4; ++k) text += static_cast<char>(size >> (8 * k) & 0xff);
+  return text + bytes;
+}
+std::string riff_chunk(const std::string& name, const std::string& bytes) {
+  return sized_chunk(name, bytes, static_cast<std::uint32_t>(bytes.size()));
+}
+
+class Headers : public testing::Test {
+ protected:
+  void SetUp() override {
+    write_wav(folder / "good.wav", {{0.5F, -0.25F, 0.125F, 0}, 1, 8000}, SampleFormat::int16);
+    const std::string good = read_file(folder / "good.wav");
+    format = good.substr(good.find("fmt "), 24);
+    samples = good.substr(good.find("data") + 8, 8);
+  }
+  std::filesystem::path write(const std::string& name, const std::string& bytes) {
+    std::ofstream(folder / name, std::ios::binary) << bytes;
+    return folder / name;
+  }
+  void expect_the_sound(const std::filesystem::path& path) {
+    const AudioClip clip = read_audio(path);
+    EXPECT_EQ(clip.samples, (std::vector<float>{0.5F, -0.25F, 0.125F, 0})) << path;
+    EXPECT_EQ(clip.sample_rate, 8000);
+    EXPECT_EQ(read_audio_header(path).seconds, 4.0 / 8000);
+  }
+  void expect_reason(const std::filesystem::path& path, const std::string& reason) {
+    try {
+      read_audio(path);
+      ADD_FAILURE() << path << " was read";
+    } catch (const FileError& error) {
+      EXPECT_NE(error.message().find(reason), std::string::npos) << error.message();
+      EXPECT_NE(error.hint(), "") << path;
+    }
+  }
+  const TemporaryFolder folder;
+  std::string format, samples;
+};
+
+TEST_F(Headers, OfARecorderThatWasCutOffAreReadToTheEnd) {
+  expect_the_sound(
+      write("cut.wav", sized_chunk("RIFF", "WAVE", 0) + format + sized_chunk("data", samples, 0)));
+  // Chunks in place of samples: there are none.
+  const auto empty = write("empty.wav", sized_chunk("RIFF", "WAVE", 44) + format +
+                                            riff_chunk("data", "") + riff_chunk("LIST", "abcd"));
+  EXPECT_TRUE(read_audio(empty).samples.empty());
+}
+
+TEST_F(Headers, OfBw64AreThoseOfRf64) {
+  std::string sizes(28, '\0');
+  sizes[8] = 8;   // of data
+  sizes[16] = 4;  // samples
+  const std::string rest =
+      "WAVE" + riff_chunk("ds64", sizes) + format + sized_chunk("data", samples, ~0U);
+  expect_the_sound(write("a.wav", sized_chunk("BW64", rest, ~0U)));
+  expect_the_sound(write("b.wav", sized_chunk("RF64", rest, ~0U)));
+}
+
+TEST_F(Headers, ThatAreDamagedGiveAReason) {
+  expect_reason(
+      write("late.wav", riff_chunk("RIFF", "WAVE" + riff_chunk("data", samples) + format)),
+      "format chunk comes after its data chunk");
+  expect_reason(write("odd.wav", riff_chunk("RIFF", "WAVE" + format + riff_chunk("LIST", "abcde") +
+                                                        riff_chunk("data", samples))),
+                "chunk LIST has an odd size");
+  expect_reason(write("no_data.wav", riff_chunk("RIFF", "WAVE" + format)), "no data chunk");
+  expect_reason(write("no_format.wav", riff_chunk("RIFF", "WAVE" + riff_chunk("data", samples))),
+                "no format chunk");
+  expect_reason(write("named.mp3", std::string("\0\0\0\x1c", 4) + "ftypisom" + samples), "AAC");
+  expect_reason(write("adts.mp3", "\xff\xf1\x50\x80" + samples), "is AAC, which is not read");
+  expect_reason(write("text.wav", "not a sound at all"), "no format of sound that is known");
+}
+
 TEST(ReadAudio, DamagedFilesGiveASoundOrAnError) {
   const TemporaryFolder folder;
   write_wav(folder / "good.wav", {std::vector<float>(64, 0.5F), 2, 44100}, SampleFormat::int16);
