@@ -14,8 +14,9 @@ namespace {
 
 using synth::damping::DampingKind;
 using synth::damping::DampingModel;
-constexpr damping::Estimator estimators[] = {
-    damping::Estimator::emg, damping::Estimator::least_squares, damping::Estimator::lower_bound};
+constexpr damping::Estimator estimators[] = {damping::Estimator::mixture, damping::Estimator::emg,
+                                             damping::Estimator::least_squares,
+                                             damping::Estimator::lower_bound};
 
 /// Points on a curve, from 200 Hz to 12 kHz.
 damping::DampingData on_curve(const DampingModel& model, std::size_t points = 40) {
@@ -73,7 +74,9 @@ TEST(DampingLaws, PointsOnACurveGiveItBack) {
     for (const damping::Estimator estimator : estimators) {
       const damping::DampingFit fit = damping::fit_damping(data, law, {estimator, false, false});
       EXPECT_TRUE(fit.converged) << c.word << ", " << damping::name_of(estimator);
-      EXPECT_LT(difference(fit.model, c.model, data), 1e-6)
+      // A mixture has errors of a thousandth of c at least.
+      const double tolerance = estimator == damping::Estimator::mixture ? 1e-3 : 1e-6;
+      EXPECT_LT(difference(fit.model, c.model, data), tolerance)
           << c.word << ", " << damping::name_of(estimator) << ": "
           << synth::damping::formula_of(fit.model);
       EXPECT_EQ(fit.points, 40u);
@@ -122,7 +125,7 @@ TEST(DampingLaws, FollowTheUnits) {
       };
       near(b.model.parameters[0], m * a.model.parameters[0]);
       near(b.model.parameters[1], m / k / k * a.model.parameters[1]);
-      near(b.sigma, m * a.sigma);
+      near(b.sigma, damping::is_in_proportion(estimator) ? a.sigma : m * a.sigma);
       near(b.eta, a.eta / m);
       near(b.confidence95[0].high, m * a.confidence95[0].high);
     }

@@ -37,13 +37,17 @@ void expect_contains(const std::string& text, const std::string& part) {
 TEST(FeatureTable, EveryQuantityGivesTheSameDecay) {
   const double omega = 2 * std::numbers::pi * 1000, zeta = 0.002;
   const double d = omega * zeta / std::sqrt(1 - zeta * zeta);
-  const std::pair<std::string, double> columns[] = {
-      {"decay_rate_per_s", d},       {"Decay rate (1/s)", d},
-      {"d [dB/s]", d * 20 / std::log(10.0)}, {"damping_ratio", zeta},
-      {"zeta [%]", 100 * zeta},      {"Q", 1 / (2 * zeta)},
-      {"quality factor", 1 / (2 * zeta)}, {"loss_factor", 2 * zeta},
-      {"eta (%)", 200 * zeta},       {"t60_s", std::log(1000.0) / d},
-      {"T60 [ms]", 1000 * std::log(1000.0) / d}};
+  const std::pair<std::string, double> columns[] = {{"decay_rate_per_s", d},
+                                                    {"Decay rate (1/s)", d},
+                                                    {"d [dB/s]", d * 20 / std::log(10.0)},
+                                                    {"damping_ratio", zeta},
+                                                    {"zeta [%]", 100 * zeta},
+                                                    {"Q", 1 / (2 * zeta)},
+                                                    {"quality factor", 1 / (2 * zeta)},
+                                                    {"loss_factor", 2 * zeta},
+                                                    {"eta (%)", 200 * zeta},
+                                                    {"t60_s", std::log(1000.0) / d},
+                                                    {"T60 [ms]", 1000 * std::log(1000.0) / d}};
   for (const auto& [name, value] : columns) {
     for (const char* frequency : {"frequency_hz,", "Frequency (Hz),"}) {
       const auto features = read(frequency + name + "\n1000," + fmt::format("{:.17g}\n", value));
@@ -61,12 +65,13 @@ TEST(FeatureTable, ErrorsAreConvertedByTheSlope) {
   const std::pair<std::string, double> columns[] = {
       {"damping_ratio", 0.05}, {"q", 12}, {"loss_factor", 0.08}, {"t60_ms", 700}, {"d_db/s", 90}};
   for (const auto& [name, value] : columns) {
-    const std::string error = name.substr(0, name.find('_')) == "d"   ? "d_error_db/s"
-                              : name == "t60_ms"                      ? "t60_error_ms"
-                                                                      : name + "_error";
+    const std::string error = name.substr(0, name.find('_')) == "d" ? "d_error_db/s"
+                              : name == "t60_ms"                    ? "t60_error_ms"
+                                                                    : name + "_error";
     const double step = 1e-4 * value;
     const auto at = [&, quantity = name](double v) {
-      return read("frequency_hz," + quantity + "\n800," + fmt::format("{:.17g}\n", v))[0].decay_rate;
+      return read("frequency_hz," + quantity + "\n800," + fmt::format("{:.17g}\n", v))[0]
+          .decay_rate;
     };
     const auto feature = read("frequency_hz," + name + "," + error + "\n800," +
                               fmt::format("{:.17g},{:.17g}\n", value, 0.01 * value))[0];
@@ -76,7 +81,8 @@ TEST(FeatureTable, ErrorsAreConvertedByTheSlope) {
 }
 
 TEST(FeatureTable, ColumnsThatSayTheSameMustAgree) {
-  const auto both = read("frequency_hz,decay_rate_per_s,T60 [ms]\n440,6,1150\n500,7,\n600,,986.8\n");
+  const auto both =
+      read("frequency_hz,decay_rate_per_s,T60 [ms]\n440,6,1150\n500,7,\n600,,986.8\n");
   ASSERT_EQ(both.size(), 3u);
   EXPECT_EQ(both[0].decay_rate, 6);
   EXPECT_NEAR(both[2].decay_rate, 7, 1e-3);
@@ -86,7 +92,8 @@ TEST(FeatureTable, ColumnsThatSayTheSameMustAgree) {
 
 TEST(FeatureTable, WhatCannotBeReadIsNamedByItsPlace) {
   expect_contains(refusal("frequency_hz,T60 [min]\n440,1\n"), "mug.csv:1: column \"T60 [min]\"");
-  expect_contains(refusal("frequency_hz,note\n440,1\n"), "mug.csv:1: no column \"decay_rate_per_s\"");
+  expect_contains(refusal("frequency_hz,note\n440,1\n"),
+                  "mug.csv:1: no column \"decay_rate_per_s\"");
   expect_contains(refusal("q\n440\n"), "mug.csv:1: no column \"frequency_hz\"");
   expect_contains(refusal("f,d,decay_rate [1/s]\n440,1,1\n"), "\"d\" and \"decay_rate [1/s]\"");
   expect_contains(refusal("f,zeta\n440,0.01\n440,1.5\n"), "mug.csv:3: zeta is 1.5");
