@@ -9,6 +9,10 @@ namespace carillon::eval::damping {
 
 namespace {
 
+/// What is fitted to a room's own fluctuations has a standard error of 8 to 30 % of its decay rate,
+/// a mode that outlasts the room 1 to 4 % (docs/damping.md).
+constexpr double max_error_in_room = 0.06;
+
 void append(std::vector<double>& all, const std::vector<double>& more) {
   all.insert(all.end(), more.begin(), more.end());
 }
@@ -28,6 +32,8 @@ DampingData damping_data(std::span<const features::Feature> features,
   bool known = true;
   for (const features::Feature& feature : features) {
     if (feature.reverberant) continue;
+    if (!rt60.empty() && feature.decay_rate_error > max_error_in_room * feature.decay_rate)
+      continue;
     data.eigenvalues.push_back(features::eigenvalue(feature));
     data.coefficients.push_back(2 * feature.decay_rate);
     data.errors.push_back(2 * feature.decay_rate_error);

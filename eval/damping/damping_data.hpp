@@ -24,7 +24,8 @@ double room_ceiling(std::span<const double> rt60, double frequency);
 
 /// c = 2 d and lambda = omega_d^2 + d^2 of each feature; those marked as reverberant are left out.
 /// @param rt60  of the room, by octave from 125 Hz on [s], the last one holds above: what decays
-///              faster has been left out, and ceilings say so; empty: no room
+///              faster has been left out, and ceilings say so; what is not exact within 6 % may be
+///              the room's own fluctuation, and is left out too; empty: no room
 DampingData damping_data(std::span<const features::Feature> features,
                          std::span<const double> rt60 = {});
 

@@ -26,13 +26,10 @@ FitSource fit_source_of_recording(const std::string& path,
 
 FitSource fit_source_of_table(const std::string& path, const std::vector<double>& rt60) {
   FitSource source{path, features::read_feature_table(path), "", {}, rt60};
-  const DampingData all = damping_data(source.features, rt60);
-  std::size_t row = 0;
   for (features::Feature& feature : source.features) {
-    if (feature.reverberant || rt60.empty()) continue;
-    // A ceiling that had to give way to its feature is the room's.
-    feature.reverberant = all.coefficients[row] >= all.ceilings[row];
-    ++row;
+    if (rt60.empty()) break;
+    feature.reverberant =
+        feature.reverberant || 2 * feature.decay_rate >= room_ceiling(rt60, feature.frequency);
   }
   if (source.features.empty()) source.nothing = "the table has no lines";
   return source;

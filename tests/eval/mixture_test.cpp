@@ -226,5 +226,29 @@ TEST(Mixture, WhatARoomHidesIsAccountedFor) {
   EXPECT_LT(core::median(truncated), 0.5 * core::median(plain));
 }
 
+// What is fitted to a room's fluctuations is not exact: it is no mode.
+TEST(Mixture, WhatIsNotExactInARoomIsLeftOut) {
+  std::vector<features::Feature> features(3);
+  for (features::Feature& feature : features) {
+    feature.frequency = 2000;
+    feature.decay_rate = 10;
+    feature.decay_rate_error = 0.2;
+  }
+  features[1].decay_rate_error = 1.5;
+  features[2].reverberant = true;
+  const double rt60[] = {0.5};
+  const DampingData in_room = damping_data(features, rt60);
+  ASSERT_EQ(in_room.size(), 1u);
+  EXPECT_EQ(in_room.errors[0], 0.4);
+  EXPECT_NEAR(in_room.ceilings[0], 2 * std::log(1000) / 0.5, 1e-12);
+  const DampingData dry = damping_data(features);
+  EXPECT_EQ(dry.size(), 2u);
+  EXPECT_TRUE(dry.ceilings.empty());
+  const DampingData both[] = {in_room, dry};
+  const DampingData all = joined(both);
+  ASSERT_EQ(all.ceilings.size(), 3u);
+  EXPECT_EQ(all.ceilings[2], core::infinity);
+}
+
 }  // namespace
 }  // namespace carillon::eval::damping

@@ -45,11 +45,9 @@ Mixture normal_below(const Mixture& u) {
 
 /// What the density is made of.
 struct Parts {
-  double outliers;
   Mixture m, log_sigma, log_means[2], log_shares[2];
 
-  Parts(const Observed& observed, double law, const Eigen::Vector4d& numbers)
-      : outliers(std::isfinite(observed.ceiling) ? outlier_share_in_room : outlier_share) {
+  Parts(const Observed& observed, double law, const Eigen::Vector4d& numbers) {
     using namespace mixture_place;
     const double error = observed.error;
     m = number(law, mixture_place::law);
@@ -67,21 +65,21 @@ struct Parts {
     const auto part = [&](int k) {
       return log_shares[k] + emg_jet(c, m, log_sigma, log_sigma - log_means[k]);
     };
-    return fixed(std::log1p(-outliers)) + log_sum(part(0), part(1));
+    return fixed(std::log1p(-outlier_share)) + log_sum(part(0), part(1));
   }
 
   Mixture log_outlier(double c) const {
-    return fixed(std::log(outliers)) + log(m) - 2 * log(m + fixed(c));
+    return fixed(std::log(outlier_share)) + log(m) - 2 * log(m + fixed(c));
   }
 
   /// ln of the probability of what lies below a ceiling: F = Phi(u) - f / eta for each EMG.
   Mixture log_below(double ceiling) const {
     const Mixture u = (fixed(ceiling) - m) * exp(-1.0 * log_sigma);
-    Mixture below = outliers * ceiling * exp(-1.0 * log(m + fixed(ceiling)));
+    Mixture below = outlier_share * ceiling * exp(-1.0 * log(m + fixed(ceiling)));
     for (int k = 0; k < 2; ++k) {
       const Mixture tail =
           exp(log_means[k] + emg_jet(ceiling, m, log_sigma, log_sigma - log_means[k]));
-      below = below + (1 - outliers) * (exp(log_shares[k]) * (normal_below(u) - tail));
+      below = below + (1 - outlier_share) * (exp(log_shares[k]) * (normal_below(u) - tail));
     }
     return log(below);
   }

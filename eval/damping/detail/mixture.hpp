@@ -20,9 +20,8 @@ struct Observed {
       std::numeric_limits<double>::infinity();  ///< c above it would not have been seen
 };
 
-/// How often an observation is something that is no mode of the material, or not one alone; in a
-/// room, what is left of the room's own decay.
-inline constexpr double outlier_share = 0.05, outlier_share_in_room = 0.3;
+/// How often an observation is something that is no mode of the material, or not one alone.
+inline constexpr double outlier_share = 0.05;
 
 /// ln of the density of what is observed where the law's value is m:
 ///
@@ -31,8 +30,8 @@ inline constexpr double outlier_share = 0.05, outlier_share_in_room = 0.3;
 ///   spares others, whose excess is small; the square of a mode shape at a random place (Sterling
 ///   2019, eq. 4.16) is such a mixture to a few percent
 ///
-/// and with the probability above an outlier, log-logistic about the law: m / (c + m)^2. Where
-/// there is a ceiling the density is that of what lies below it (truncated likelihood).
+/// and with probability `outlier_share` an outlier, log-logistic about the law: m / (c + m)^2.
+/// Where there is a ceiling the density is that of what lies below it (truncated likelihood).
 ///
 /// @param m  the law's value > 0; numbers are ln s, ln t1, ln t2 and the logit of w
 /// @return with derivatives by m, ln s, ln t1, ln t2 and the logit of w
