@@ -24,7 +24,7 @@ struct FitCommandOptions {
   eval::features::FeatureArguments features;
   std::vector<std::string> tables;
   std::string model = "rayleigh";
-  std::string estimator = "emg";
+  std::string estimator = "mixture";
   std::string history;
 };
 
@@ -45,18 +45,18 @@ std::vector<eval::damping::FitSource> read_sources(const FitCommandOptions& opti
     sources.push_back(eval::damping::fit_source_of_recording(path, wanted));
   }
   for (const std::string& path : options.tables)
-    sources.push_back(eval::damping::fit_source_of_table(path));
+    sources.push_back(eval::damping::fit_source_of_table(path, wanted.rt60));
   return sources;
 }
 
 void run_fit(const FitCommandOptions& options, const Context& context) {
-  const eval::damping::DampingLaw law = eval::damping::damping_law(options.model);
+  const std::vector<eval::damping::NamedLaw> laws = eval::damping::damping_laws(options.model);
   const std::vector<Estimator> estimators = estimators_of(options.estimator);
   const double begin = core::monotonic_seconds();
   std::vector<eval::damping::FitSource> sources = read_sources(options);
   const double features_seconds = core::monotonic_seconds() - begin;
   eval::damping::FitReport report =
-      eval::damping::fit_sources(std::move(sources), law, estimators, !options.history.empty());
+      eval::damping::fit_sources(std::move(sources), laws, estimators, !options.history.empty());
   report.features_seconds = features_seconds;
   if (!context.speaks()) return;
   const std::string reasons = eval::damping::useless_sources(report.sources);
@@ -88,12 +88,14 @@ void add_fit(Program& program, Context& context) {
   command
       .option("--model", options->model,
               "rayleigh, caughey (three terms), caughey:N, power, hybrid, or a formula of "
-              "lambda, omega, f and alpha1, alpha2, ...")
+              "lambda, omega, f and alpha1, alpha2, ...; several with commas between them, or all: "
+              "the one of the lowest AIC is chosen")
       .show_default();
   command
       .option("--estimator", options->estimator,
-              "emg (excess damping and errors), emg_relative (errors in proportion to "
-              "damping), least_squares (errors alone), lower_bound (excess alone) or all")
+              "mixture (excess of two kinds, errors, outliers, what rooms hide), emg (excess "
+              "damping and errors), emg_relative (errors in proportion to damping), "
+              "least_squares (errors alone), lower_bound (excess alone) or all")
       .show_default();
   command.option("--history", options->history, "CSV file for every step of the optimisers");
   add_feature_arguments(command, options->features);
@@ -102,6 +104,7 @@ void add_fit(Program& program, Context& context) {
       "  carillon fit mug-*.wav --rt60 0.4\n"
       "  carillon fit --features mug.csv\n"
       "  carillon fit --features mug.csv --features bowl.csv --model hybrid --estimator all\n"
+      "  carillon fit --features mug.csv --model all --json > fit.json\n"
       "  carillon fit --features mug.csv --model \"alpha1 + alpha2*sqrt(f)\" --json\n"
       "docs/damping-fits.md says when which estimator fits.");
   command.does([&context, options] { run_fit(*options, context); });

@@ -133,11 +133,11 @@ std::string fit(const std::string& sources, const std::string& model,
                 const std::string& estimator) {
   std::vector<eval::damping::FitSource> all;
   for (const json& source : json::parse(sources)) {
-    all.push_back({source.at("name"), features_from(source.at("features")), {}, {}});
+    all.push_back({source.at("name"), features_from(source.at("features")), {}, {}, {}});
   }
-  return interruptible([all = std::move(all), law = eval::damping::damping_law(model),
+  return interruptible([all = std::move(all), laws = eval::damping::damping_laws(model),
                         chosen = eval::damping::estimator_named(estimator)](const Waiting&) {
-    return eval::damping::to_json(eval::damping::fit_sources(all, law, std::vector{chosen}, false))
+    return eval::damping::to_json(eval::damping::fit_sources(all, laws, std::vector{chosen}, false))
         .dump();
   });
 }

@@ -1,21 +1,67 @@
 #include "eval/damping/damping_data.hpp"
 
+#include <algorithm>
 #include <cmath>
+
+#include "core/numbers.hpp"
 
 namespace carillon::eval::damping {
 
-DampingData damping_data(std::span<const features::Feature> features) {
+namespace {
+
+/// What is fitted to a room's own fluctuations has a standard error of 8 to 30 % of its decay rate,
+/// a mode that outlasts the room 1 to 4 % (docs/damping.md).
+constexpr double max_error_in_room = 0.06;
+
+void append(std::vector<double>& all, const std::vector<double>& more) {
+  all.insert(all.end(), more.begin(), more.end());
+}
+
+}  // namespace
+
+double room_ceiling(std::span<const double> rt60, double frequency) {
+  constexpr double first_octave = 125;
+  const double octave = std::round(std::log2(frequency / first_octave));
+  const double last = static_cast<double>(rt60.size() - 1);
+  return 2 * std::log(1000.0) / rt60[static_cast<std::size_t>(std::clamp(octave, 0.0, last))];
+}
+
+DampingData damping_data(std::span<const features::Feature> features,
+                         std::span<const double> rt60) {
   DampingData data;
   bool known = true;
   for (const features::Feature& feature : features) {
     if (feature.reverberant) continue;
+    if (!rt60.empty() && feature.decay_rate_error > max_error_in_room * feature.decay_rate)
+      continue;
     data.eigenvalues.push_back(features::eigenvalue(feature));
     data.coefficients.push_back(2 * feature.decay_rate);
     data.errors.push_back(2 * feature.decay_rate_error);
+    if (!rt60.empty()) {
+      // A feature that the extractor has kept is below its ceiling, whatever is rounded.
+      data.ceilings.push_back(
+          std::max(room_ceiling(rt60, feature.frequency), data.coefficients.back()));
+    }
     known = known && std::isfinite(feature.decay_rate_error);
   }
   if (!known) data.errors.clear();
   return data;
+}
+
+DampingData joined(std::span<const DampingData> parts) {
+  DampingData all;
+  bool rooms = false;
+  for (const DampingData& part : parts) rooms = rooms || !part.ceilings.empty();
+  for (const DampingData& part : parts) {
+    append(all.eigenvalues, part.eigenvalues);
+    append(all.coefficients, part.coefficients);
+    append(all.errors, part.errors);
+    if (!rooms) continue;
+    append(all.ceilings, part.ceilings);
+    all.ceilings.resize(all.size(), core::infinity);
+  }
+  if (all.errors.size() != all.size()) all.errors.clear();
+  return all;
 }
 
 }  // namespace carillon::eval::damping

@@ -12,6 +12,7 @@
 #include "eval/damping/detail/check_data.hpp"
 #include "eval/damping/detail/confidence.hpp"
 #include "eval/damping/detail/emg_fit.hpp"
+#include "eval/damping/detail/mixture_fit.hpp"
 #include "eval/damping/detail/remarks.hpp"
 
 namespace carillon::eval::damping {
@@ -33,7 +34,7 @@ struct Work {
   VectorXd target;       ///< c / scale
   double min_sigma = 0;  ///< in the same unit
   double points() const { return static_cast<double>(target.size()); }
-  bool relative() const { return options.estimator == Estimator::emg_relative; }
+  bool relative() const { return is_in_proportion(options.estimator); }
 };
 
 /// The features' own error. Without it likelihoods get corners at every curve through some points
@@ -65,6 +66,20 @@ Work prepare(const DampingData& data, const DampingLaw& law, const FitOptions& o
   return work;
 }
 
+/// The excess that the last four numbers of a mixture stand for, in the data's units.
+std::vector<ExcessPart> excess_of(const Work& work, const VectorXd& x) {
+  const Index n = work.scaled.size();
+  const double scale = work.scaled.scale, share = 1 / (1 + std::exp(-x[n + 3]));
+  std::vector<ExcessPart> parts = {{share, scale * std::exp(x[n + 1])},
+                                   {1 - share, scale * std::exp(x[n + 2])}};
+  if (parts[0].mean < parts[1].mean) std::swap(parts[0], parts[1]);
+  return parts;
+}
+
+double mean_excess(const std::vector<ExcessPart>& parts) {
+  return parts[0].share * parts[0].mean + parts[1].share * parts[1].mean;
+}
+
 /// Keeps the steps of one start, in the data's units.
 Watch keep_steps(const Work& work, int start, std::vector<FitStep>& history) {
   if (!work.options.history) return {};
@@ -76,6 +91,11 @@ Watch keep_steps(const Work& work, int start, std::vector<FitStep>& history) {
     step.parameters = work.scaled.alphas(x.head(n));
     const double scale = work.scaled.scale;
     switch (work.options.estimator) {
+      case Estimator::mixture:
+        step.log_likelihood = -work.points() * (value + std::log(scale));
+        step.parameters.push_back(std::exp(x[n]));
+        step.parameters.push_back(1 / mean_excess(excess_of(work, x)));
+        break;
       case Estimator::emg:
       case Estimator::emg_relative:
         step.log_likelihood = -work.points() * (value + std::log(scale));
@@ -164,15 +184,17 @@ DampingFit fit_lower_bound(const Work& work) {
   return fit;
 }
 
+/// 95 % of chi-squared of one degree of freedom.
+constexpr double likelihood_drop = 3.841458820694124 / 2;
+
 void emg_intervals(DampingFit& fit, const Work& work, double log_sigma, double log_kappa) {
-  constexpr double drop = 3.841458820694124 / 2;  // 95 % of chi-squared of one degree of freedom
   for (std::size_t k = 0; k < fit.model.parameters.size(); ++k) {
     const ScaledLaw law = law_along(work, k, fit.model.parameters);
     VectorXd best(law.size() + 2);
     best << law.parameters(fit.model.parameters), log_sigma, log_kappa;
     const Likelihood likelihood{emg_objective(law, work.target, work.relative()),
                                 emg_box(law, work.min_sigma), best, work.points()};
-    fit.confidence95.push_back(profile_interval(law, likelihood, k, drop));
+    fit.confidence95.push_back(profile_interval(law, likelihood, k, likelihood_drop));
   }
 }
 
@@ -221,6 +243,43 @@ DampingFit fit_emg(const Work& work) {
   return fit;
 }
 
+DampingFit fit_mixture(const Work& work) {
+  std::vector<FitStep> history;
+  const std::vector<Observed> points = observed_points(work.data, work.scaled.scale);
+  const Estimate squares = least_squares(work.scaled, work.target);
+  const Estimate bound = lower_bound(work.scaled, work.target, &squares.x);
+  const MixtureEstimate found =
+      mixture_fit(work.scaled, work.target, points, squares, bound,
+                  [&](int start) { return keep_steps(work, start, history); });
+  const Index n = work.scaled.size();
+  if (found.best.x.size() == 0) {
+    throw core::SolverError("no curve of this law has a finite likelihood",
+                            "try another --model or --estimator lower_bound");
+  }
+  const VectorXd& x = found.best.x;
+  DampingFit fit = begin_fit(work, x.head(n), found.best.converged, found.iterations);
+  fit.history = std::move(history);
+  fit.sigma = std::exp(x[n]);
+  fit.excess = excess_of(work, x);
+  fit.eta = 1 / mean_excess(fit.excess);
+  fit.log_likelihood =
+      mixture_log_likelihood(work.scaled, points, x) - work.points() * std::log(work.scaled.scale);
+  const VectorXd outliers = outlier_probabilities(work.scaled, points, x);
+  fit.outliers = std::size_t((outliers.array() > 0.5).count());
+  if (work.options.confidence) {
+    for (std::size_t k = 0; k < fit.model.parameters.size(); ++k) {
+      const ScaledLaw law = law_along(work, k, fit.model.parameters);
+      VectorXd best(n + 4);
+      best << law.parameters(fit.model.parameters), x.tail(4);
+      const Likelihood likelihood{mixture_objective(law, points), mixture_box(law), best,
+                                  work.points()};
+      fit.confidence95.push_back(profile_interval(law, likelihood, k, likelihood_drop));
+    }
+  }
+  add_outlier_remark(fit, work.data, outliers);
+  return fit;
+}
+
 }  // namespace
 
 DampingFit fit_damping(const DampingData& data, const DampingLaw& law, const FitOptions& options) {
@@ -228,8 +287,9 @@ DampingFit fit_damping(const DampingData& data, const DampingLaw& law, const Fit
   const Work work = prepare(data, law, options);
   DampingFit fit = options.estimator == Estimator::least_squares ? fit_least_squares(work)
                    : options.estimator == Estimator::lower_bound ? fit_lower_bound(work)
+                   : options.estimator == Estimator::mixture     ? fit_mixture(work)
                                                                  : fit_emg(work);
-  add_remarks(fit);
+  add_remarks(fit, data);
   return fit;
 }
 

@@ -13,14 +13,23 @@ namespace carillon::eval::damping {
 
 /// What makes observed damping differ from the material's.
 enum class Estimator {
+  /// maximum likelihood; excess of two exponentials, errors of the features' own and in proportion
+  /// to the law's c, outliers, and what a room hides
+  mixture,
   emg,           ///< maximum likelihood; exponential excess and Gaussian error (Sterling 2019, 4.2)
   emg_relative,  ///< the same with errors in proportion to the law's c, as those of features are
   least_squares,  ///< Gaussian error alone
   lower_bound     ///< no error, excess alone: the closest curve below all points
 };
 
-inline bool is_emg(Estimator estimator) {
-  return estimator == Estimator::emg || estimator == Estimator::emg_relative;
+/// Whether it has a model of the excess with a likelihood that least squares' can be compared with.
+inline bool has_excess(Estimator estimator) {
+  return estimator != Estimator::least_squares && estimator != Estimator::lower_bound;
+}
+
+/// Whether its sigma is a fraction of the law's c.
+inline bool is_in_proportion(Estimator estimator) {
+  return estimator == Estimator::emg_relative || estimator == Estimator::mixture;
 }
 
 /// A damping model whose numbers are sought.
@@ -31,7 +40,7 @@ struct DampingLaw {
 };
 
 struct FitOptions {
-  Estimator estimator = Estimator::emg;
+  Estimator estimator = Estimator::mixture;
   bool confidence = true;  ///< intervals by profile likelihood
   bool history = false;    ///< keep every step of the optimiser
 };
@@ -44,12 +53,23 @@ struct FitStep {
   std::vector<double> parameters;  ///< alphas, then sigma and eta where they are fitted
 };
 
+/// One of the exponentials that excess damping is drawn from.
+struct ExcessPart {
+  double share = 1;  ///< of all features
+  double mean = 0;   ///< of c [1/s]
+};
+
 struct DampingFit {
-  Estimator estimator = Estimator::emg;
+  Estimator estimator = Estimator::mixture;
   synth::damping::DampingModel model;  ///< with the numbers found
-  double sigma = 0;  ///< of the Gaussian error of c [1/s], of emg_relative as a fraction of the
-                     ///< law's c; 0 for the lower bound
-  double eta = 0;    ///< rate of the exponential excess of c [s]; infinite where there is none
+  /// Of the Gaussian error of c [1/s], of emg_relative and mixture as a fraction of the law's c; 0
+  /// for the lower bound.
+  double sigma = 0;
+  /// Rate of the exponential excess of c [s], of mixture one over its mean; infinite where there is
+  /// none.
+  double eta = 0;
+  std::vector<ExcessPart> excess;         ///< of mixture
+  std::size_t outliers = 0;               ///< of mixture: points more likely outliers than not
   double log_likelihood = 0;              ///< of the data under the estimator's own assumption
   std::vector<core::Range> confidence95;  ///< one for each alpha; infinite ends where the data
                                           ///< bound none; empty unless asked for

@@ -8,7 +8,7 @@ namespace carillon::eval::damping {
 
 FitSource fit_source_of_recording(const std::string& path,
                                   const features::FeatureOptions& options) {
-  FitSource source{path, {}, "", {}};
+  FitSource source{path, {}, "", {}, options.rt60};
   try {
     features::FeatureSet found = features::read_features(path, options);
     source.features = std::move(found.features);
@@ -24,10 +24,23 @@ FitSource fit_source_of_recording(const std::string& path,
   return source;
 }
 
-FitSource fit_source_of_table(const std::string& path) {
-  FitSource source{path, features::read_feature_table(path), "", {}};
+FitSource fit_source_of_table(const std::string& path, const std::vector<double>& rt60) {
+  FitSource source{path, features::read_feature_table(path), "", {}, rt60};
+  for (features::Feature& feature : source.features) {
+    if (rt60.empty()) break;
+    feature.reverberant =
+        feature.reverberant || 2 * feature.decay_rate >= room_ceiling(rt60, feature.frequency);
+  }
   if (source.features.empty()) source.nothing = "the table has no lines";
   return source;
+}
+
+DampingData fitted_data(const std::vector<FitSource>& sources) {
+  std::vector<DampingData> parts;
+  for (const FitSource& source : sources) {
+    parts.push_back(damping_data(source.features, source.rt60));
+  }
+  return joined(parts);
 }
 
 std::vector<features::Feature> joined_features(const std::vector<FitSource>& sources) {

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "eval/damping/damping_data.hpp"
 #include "eval/features/extract_features.hpp"
 
 namespace carillon::eval::damping {
@@ -13,14 +14,19 @@ struct FitSource {
   std::vector<features::Feature> features;
   std::string nothing;               ///< why there are no features; "" where there are
   std::vector<std::string> remarks;  ///< of what was left out
+  std::vector<double> rt60;          ///< of the room, by octave [s]; empty: none is known
 };
 
 /// One recording. What cannot be read or analysed has no features and says why.
 FitSource fit_source_of_recording(const std::string& path, const features::FeatureOptions& options);
 
-/// One table of features; one without lines says so.
+/// One table of features; one without lines says so. What decays faster than a room of the given
+/// times is left out of it.
 /// @throws FileError, InputError  as read_feature_table()
-FitSource fit_source_of_table(const std::string& path);
+FitSource fit_source_of_table(const std::string& path, const std::vector<double>& rt60 = {});
+
+/// What a law is fitted to.
+DampingData fitted_data(const std::vector<FitSource>& sources);
 
 /// Features of all sources together; their errors only where all are known.
 std::vector<features::Feature> joined_features(const std::vector<FitSource>& sources);

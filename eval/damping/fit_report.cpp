@@ -9,8 +9,10 @@
 
 #include "core/error.hpp"
 #include "core/json.hpp"
+#include "core/numbers.hpp"
 #include "core/trace.hpp"
 #include "eval/damping/detail/information.hpp"
+#include "eval/damping/detail/remarks.hpp"
 #include "eval/damping/fitted_alphas.hpp"
 #include "eval/damping/law_text.hpp"
 
@@ -21,18 +23,25 @@ namespace {
 using nlohmann::json;
 
 json to_json(const DampingFit& fit) {
-  return {{"estimator", name_of(fit.estimator)},
-          {"parameters", alphas_json(fit.model, fit.confidence95)},
-          {"formula", synth::damping::formula_of(fit.model)},
-          {fit.estimator == Estimator::emg_relative ? "sigma_of_c" : "sigma_per_s", fit.sigma},
-          {"eta_s", core::number_or_null(fit.eta)},
-          {"log_likelihood", core::number_or_null(fit.log_likelihood)},
-          {"aic", core::number_or_null(akaike(fit))},
-          {"bic", core::number_or_null(bayesian(fit))},
-          {"points", fit.points},
-          {"iterations", fit.iterations},
-          {"converged", fit.converged},
-          {"remarks", fit.remarks}};
+  json document = {{"estimator", name_of(fit.estimator)},
+                   {"parameters", alphas_json(fit.model, fit.confidence95)},
+                   {"formula", synth::damping::formula_of(fit.model)},
+                   {is_in_proportion(fit.estimator) ? "sigma_of_c" : "sigma_per_s", fit.sigma},
+                   {"eta_s", core::number_or_null(fit.eta)},
+                   {"log_likelihood", core::number_or_null(fit.log_likelihood)},
+                   {"aic", core::number_or_null(akaike(fit))},
+                   {"bic", core::number_or_null(bayesian(fit))},
+                   {"points", fit.points},
+                   {"iterations", fit.iterations},
+                   {"converged", fit.converged},
+                   {"remarks", fit.remarks}};
+  if (fit.estimator != Estimator::mixture) return document;
+  document["excess"] = json::array();
+  for (const ExcessPart& part : fit.excess) {
+    document["excess"].push_back({{"share", part.share}, {"mean_per_s", part.mean}});
+  }
+  document["outliers"] = fit.outliers;
+  return document;
 }
 
 /// The law between two frequencies of its data, for pictures.
@@ -81,14 +90,40 @@ void print_fit(const DampingFit& fit) {
   }
   if (fit.sigma > 0) {
     fmt::print("  {:<8} {:>12.5g} {}\n", "sigma", fit.sigma,
-               fit.estimator == Estimator::emg_relative ? "of c" : "1/s");
+               is_in_proportion(fit.estimator) ? "of c" : "1/s");
   }
-  if (std::isfinite(fit.eta)) {
+  for (const ExcessPart& part : fit.excess) {
+    fmt::print("  excess   {:>12.5g} 1/s in the mean of {:.0f} % of the features\n", part.mean,
+               100 * part.share);
+  }
+  if (std::isfinite(fit.eta) && fit.excess.empty()) {
     fmt::print("  {:<8} {:>12.5g} s{:16}mean excess {:.5g} 1/s\n", "eta", fit.eta, "", 1 / fit.eta);
   }
-  fmt::print("  log-likelihood {:.2f}, AIC {:.1f}, BIC {:.1f}, {} iterations\n", fit.log_likelihood,
-             akaike(fit), bayesian(fit), fit.iterations);
+  const double aic = akaike(fit);
+  fmt::print("  log-likelihood {:.2f}, {}, BIC {:.1f}, {} iterations\n", fit.log_likelihood,
+             std::isfinite(aic) ? fmt::format("AIC {:.1f}", aic)
+                                : fmt::format("too few features for an AIC ({} for {} numbers)",
+                                              fit.points, fitted_numbers(fit)),
+             bayesian(fit), fit.iterations);
   for (const std::string& remark : fit.remarks) fmt::print("  - {}\n", remark);
+}
+
+/// The laws by their AIC, lowest first.
+void print_compared(std::vector<ComparedLaw> laws) {
+  std::stable_sort(laws.begin(), laws.end(),
+                   [](const auto& a, const auto& b) { return a.aic < b.aic; });
+  for (const ComparedLaw& law : laws) {
+    if (!law.nothing.empty()) {
+      fmt::print("  {:<12} {}\n", law.named.name, law.nothing);
+      continue;
+    }
+    fmt::print("  {:<12} {:<24} {}\n", law.named.name,
+               std::isfinite(law.aic)
+                   ? fmt::format("AIC {:.1f} ({:+.1f})", law.aic, law.aic - laws.front().aic)
+                   : "too few features for an AIC",
+               short_formula(law.fit.model));
+    for (const std::string& remark : law.fit.remarks) fmt::print("    - {}\n", remark);
+  }
 }
 
 }  // namespace
@@ -111,23 +146,67 @@ std::string useless_sources(const std::vector<FitSource>& sources) {
   return reasons;
 }
 
-FitReport fit_sources(std::vector<FitSource> sources, const DampingLaw& law,
+namespace {
+
+/// All laws by one estimator; what cannot be fitted says why.
+std::vector<ComparedLaw> compare_laws(const DampingData& data, std::span<const NamedLaw> laws,
+                                      Estimator estimator) {
+  std::vector<ComparedLaw> compared;
+  for (const NamedLaw& named : laws) {
+    ComparedLaw law{named, {}, core::infinity, ""};
+    try {
+      law.fit = fit_damping(data, named.law, {estimator, true, false});
+      law.aic = akaike(law.fit);
+    } catch (const core::Error& error) {
+      law.nothing = error.message();
+    }
+    compared.push_back(std::move(law));
+  }
+  return compared;
+}
+
+/// The one of the lowest AIC that stays positive; of those without an AIC the first.
+const ComparedLaw& chosen_of(const std::vector<ComparedLaw>& compared, const DampingData& data) {
+  const ComparedLaw* chosen = nullptr;
+  std::string reasons;
+  for (const ComparedLaw& law : compared) {
+    if (!law.nothing.empty()) {
+      reasons += fmt::format("\n  {}: {}", law.named.name, law.nothing);
+      continue;
+    }
+    if (negative_band(law.fit.model, data).is) continue;
+    if (chosen == nullptr || law.aic < chosen->aic) chosen = &law;
+  }
+  if (chosen == nullptr) {
+    throw core::InputError("none of the laws can be fitted and stays positive" + reasons,
+                           "give more sounds, or --model rayleigh");
+  }
+  return *chosen;
+}
+
+}  // namespace
+
+FitReport fit_sources(std::vector<FitSource> sources, std::span<const NamedLaw> laws,
                       std::span<const Estimator> estimators, bool with_history) {
   if (sources.empty()) {
     throw core::InputError("nothing to fit", "name recordings, or tables with --features FILE.csv");
   }
   FitReport report;
-  report.law = law;
   report.sources = std::move(sources);
   const double begin = core::monotonic_seconds();
-  const DampingData data = damping_data(joined_features(report.sources));
+  const DampingData data = fitted_data(report.sources);
   if (data.size() == 0) {
     throw core::InputError("no usable feature" + useless_sources(report.sources));
   }
-  for (const Estimator estimator : estimators) {
-    report.fits.push_back(fit_damping(data, law, {estimator, true, with_history}));
+  report.law = laws.front().law;
+  if (laws.size() > 1) {
+    report.compared = compare_laws(data, laws, estimators.front());
+    report.law = chosen_of(report.compared, data).named.law;
   }
-  report.least_squares = fit_damping(data, law, {Estimator::least_squares, false, false});
+  for (const Estimator estimator : estimators) {
+    report.fits.push_back(fit_damping(data, report.law, {estimator, true, with_history}));
+  }
+  report.least_squares = fit_damping(data, report.law, {Estimator::least_squares, false, false});
   report.fit_seconds = core::monotonic_seconds() - begin;
   return report;
 }
@@ -150,6 +229,16 @@ json to_json(const FitReport& report) {
     fits[name_of(fit.estimator)] = entry;
   }
   document["fits"] = fits;
+  for (const ComparedLaw& law : report.compared) {
+    json entry = {{"name", law.named.name}, {"model_formula", formula_of(law.named.law)}};
+    if (law.nothing.empty()) {
+      entry.update(to_json(law.fit));
+      entry["curve"] = curve_of(law.fit, low, high);
+    } else {
+      entry["nothing"] = law.nothing;
+    }
+    document["models"].push_back(entry);
+  }
   const auto criteria = [](const DampingFit& fit) {
     return json{{"aic", core::number_or_null(akaike(fit))},
                 {"bic", core::number_or_null(bayesian(fit))}};
@@ -157,7 +246,7 @@ json to_json(const FitReport& report) {
   document["information"] = {{"least_squares", criteria(report.least_squares)}};
   const DampingFit* lowest = &report.least_squares;
   for (const DampingFit& fit : report.fits) {
-    if (!is_emg(fit.estimator)) continue;
+    if (!has_excess(fit.estimator)) continue;
     document["information"][name_of(fit.estimator)] = criteria(fit);
     if (akaike(fit) < akaike(*lowest)) lowest = &fit;
     document["information"]["lowest_aic"] = name_of(lowest->estimator);
@@ -192,6 +281,7 @@ void print_report(const FitReport& report) {
              report.sources.size() == 1 ? "" : "s", low, high);
   if (reverberant > 0) fmt::print("; {} may be the room's and are left out", reverberant);
   fmt::print("\n{}, c = 2 d [1/s], lambda = omega^2 [rad^2/s^2]\n", formula_of(report.law));
+  print_compared(report.compared);
   for (const DampingFit& fit : report.fits) print_fit(fit);
   fmt::print("\nfeatures {:.3f} s, fit {:.4f} s\n", report.features_seconds, report.fit_seconds);
 }

@@ -38,6 +38,34 @@ DampingLaw damping_law(const std::string& word) {
   return law;
 }
 
+std::vector<NamedLaw> damping_laws(const std::string& words) {
+  if (words == "all") return damping_laws("rayleigh,caughey,power,hybrid");
+  std::vector<std::string> names(1);
+  int depth = 0;
+  for (const char letter : words) {
+    depth += letter == '(' ? 1 : letter == ')' ? -1 : 0;
+    if (letter == ',' && depth == 0) {
+      names.emplace_back();
+    } else if (letter != ' ' || !names.back().empty()) {
+      names.back() += letter;
+    }
+  }
+  std::vector<NamedLaw> laws;
+  for (const std::string& name : names) {
+    if (name.empty()) {
+      throw core::InputError(fmt::format("\"{}\" names no law between two commas", words),
+                             "rayleigh,hybrid for two laws, all for all");
+    }
+    for (const NamedLaw& law : laws) {
+      if (law.name == name) {
+        throw core::InputError(fmt::format("\"{}\" is in the list of laws twice", name));
+      }
+    }
+    laws.push_back({name, damping_law(name)});
+  }
+  return laws;
+}
+
 std::string formula_of(const DampingLaw& law) {
   if (law.kind == DampingKind::expression) return "c = " + law.expression;
   if (law.kind != DampingKind::caughey) return synth::damping::form_of(law.kind).formula;
@@ -51,6 +79,8 @@ std::string formula_of(const DampingLaw& law) {
 
 const char* name_of(Estimator estimator) {
   switch (estimator) {
+    case Estimator::mixture:
+      return "mixture";
     case Estimator::emg:
       return "emg";
     case Estimator::emg_relative:

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "eval/damping/fit_damping.hpp"
 
@@ -12,13 +13,25 @@ namespace carillon::eval::damping {
 ///                     not one
 DampingLaw damping_law(const std::string& word);
 
+/// A law under the word that names it.
+struct NamedLaw {
+  std::string name;
+  DampingLaw law;
+};
+
+/// The laws of a list with commas between them (those within a formula's parentheses aside); "all":
+/// rayleigh, caughey, power and hybrid.
+/// @throws InputError  as damping_law(); an empty word, the same law twice
+std::vector<NamedLaw> damping_laws(const std::string& words);
+
 /// "c = alpha1 + alpha2 lambda", with as many terms as the law has.
 std::string formula_of(const DampingLaw& law);
 
-inline constexpr Estimator all_estimators[] = {Estimator::emg, Estimator::emg_relative,
-                                               Estimator::least_squares, Estimator::lower_bound};
+inline constexpr Estimator all_estimators[] = {Estimator::mixture, Estimator::emg,
+                                               Estimator::emg_relative, Estimator::least_squares,
+                                               Estimator::lower_bound};
 
-/// "emg", "emg_relative", "least_squares", "lower_bound".
+/// "mixture", "emg", "emg_relative", "least_squares", "lower_bound".
 const char* name_of(Estimator estimator);
 
 /// @throws InputError  no estimator has that name; says all

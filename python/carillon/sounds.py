@@ -188,7 +188,7 @@ class Fit:
     parameters: dict[str, float]  #: alpha1, alpha2, ...
     confidence95: dict[str, tuple[float, float]]  #: of each, by profile likelihood; infinite where unbounded
     units: dict[str, str]
-    sigma: float  #: of the Gaussian error of c [1/s]; of emg_relative as a fraction of the law's c
+    sigma: float  #: of the Gaussian error of c [1/s]; of mixture and emg_relative as a fraction of the law's c
     eta: float  #: rate of the exponential excess of c [s]; infinite where there is none
     log_likelihood: float
     converged: bool
@@ -235,12 +235,13 @@ class Fit:
 
 
 def fit(*features: Features | tuple[numpy.typing.ArrayLike, numpy.typing.ArrayLike], model: str = "rayleigh",
-        estimator: str = "emg") -> Fit:
+        estimator: str = "mixture") -> Fit:
     """A material's damping from features of its sounds, whatever held the object.
 
     features: as features() gives them, or pairs (frequencies [n] Hz, decay rates [n] 1/s); several are joined.
-    model: rayleigh, caughey, caughey:N, power, hybrid, or a formula of lambda, omega, f and alpha1, alpha2, ...
-    estimator: emg (excess damping and errors), emg_relative, least_squares or lower_bound.
+    model: rayleigh, caughey, caughey:N, power, hybrid, or a formula of lambda, omega, f and alpha1, alpha2, ...;
+    several with commas between them, or all: the one of the lowest AIC is chosen (document["models"]).
+    estimator: mixture (excess of two kinds, errors, outliers), emg, emg_relative, least_squares or lower_bound.
     Raises InputError: fewer features than can be fitted, an unknown model.
     """
     sources = [{"name": f"sound {i + 1}", "features": _rows_of(source, i)} for i, source in enumerate(features)]

@@ -25,7 +25,7 @@ WORDS = {
     "train.tasks.*.column": ["open", "shape", "family", "material"],
     "train.methods.*.branches": ["isnn", "soundnet5", "soundnet8", "voxnet", "image", "touch"],
     "train.methods.*.modalities": ["spectrogram", "waveform", "voxels", "image", "touch"],
-    "evaluate.damping.estimators": ["emg", "emg_relative", "least_squares", "lower_bound"],
+    "evaluate.damping.estimators": ["mixture", "emg", "emg_relative", "least_squares", "lower_bound"],
     "evaluate.damping.draws_from": ["object", "material"],
     "evaluate.damping.features.extractors": ["esprit", "peaks", "truth"],
     "STUDY.features.extractors": ["esprit", "peaks"],

@@ -17,7 +17,7 @@ namespace carillon::bench {
 namespace {
 
 using eval::damping::Estimator;
-constexpr Estimator estimators[] = {Estimator::emg, Estimator::least_squares,
+constexpr Estimator estimators[] = {Estimator::mixture, Estimator::emg, Estimator::least_squares,
                                     Estimator::lower_bound};
 
 /// Processor time of this process [s]: other programs do not count.
@@ -62,7 +62,7 @@ void print_bias(const eval::Draw& draw) {
   std::string medians;
   fmt::print("| {} | {} | {} |", draw.points, draw.sigma, draw.tau);
   for (const Estimator estimator :
-       {Estimator::least_squares, Estimator::lower_bound, Estimator::emg}) {
+       {Estimator::least_squares, Estimator::lower_bound, Estimator::emg, Estimator::mixture}) {
     double bias[3] = {};
     std::vector<double> sizes;
     for (std::uint64_t repetition = 0; repetition < repetitions; ++repetition) {
@@ -98,8 +98,9 @@ int main(int argc, char** argv) {
     bench::time_fits(table, model, repeat);
     return 0;
   }
-  fmt::print("| features | sigma | tau | least squares | lower bound | EMG | median error |\n");
-  fmt::print("|---|---|---|---|---|---|---|\n");
+  fmt::print(
+      "| features | sigma | tau | least squares | lower bound | EMG | mixture | median error |\n");
+  fmt::print("|---|---|---|---|---|---|---|---|\n");
   for (const eval::Draw& draw :
        {eval::Draw{100, 1, 10}, eval::Draw{30, 1, 10}, eval::Draw{15, 1, 10}, eval::Draw{30, 5, 10},
         eval::Draw{30, 1, 1}, eval::Draw{30, 3, 40}, eval::Draw{30, 2, 0}}) {

@@ -14,8 +14,9 @@ namespace {
 
 using synth::damping::DampingKind;
 using synth::damping::DampingModel;
-constexpr damping::Estimator estimators[] = {
-    damping::Estimator::emg, damping::Estimator::least_squares, damping::Estimator::lower_bound};
+constexpr damping::Estimator estimators[] = {damping::Estimator::mixture, damping::Estimator::emg,
+                                             damping::Estimator::least_squares,
+                                             damping::Estimator::lower_bound};
 
 /// Points on a curve, from 200 Hz to 12 kHz.
 damping::DampingData on_curve(const DampingModel& model, std::size_t points = 40) {
@@ -73,7 +74,9 @@ TEST(DampingLaws, PointsOnACurveGiveItBack) {
     for (const damping::Estimator estimator : estimators) {
       const damping::DampingFit fit = damping::fit_damping(data, law, {estimator, false, false});
       EXPECT_TRUE(fit.converged) << c.word << ", " << damping::name_of(estimator);
-      EXPECT_LT(difference(fit.model, c.model, data), 1e-6)
+      // A mixture has errors of a thousandth of c at least.
+      const double tolerance = estimator == damping::Estimator::mixture ? 1e-3 : 1e-6;
+      EXPECT_LT(difference(fit.model, c.model, data), tolerance)
           << c.word << ", " << damping::name_of(estimator) << ": "
           << synth::damping::formula_of(fit.model);
       EXPECT_EQ(fit.points, 40u);
@@ -117,14 +120,16 @@ TEST(DampingLaws, FollowTheUnits) {
     for (const damping::Estimator estimator : estimators) {
       const auto a = damping::fit_damping(data, {}, {estimator, true, false});
       const auto b = damping::fit_damping(other, {}, {estimator, true, false});
-      const auto near = [](double x, double y) {
-        RC_ASSERT(x == y || std::abs(x - y) <= 1e-5 * (std::abs(x) + std::abs(y)));
+      const auto near = [](double x, double y, double tolerance = 1e-5) {
+        RC_ASSERT(x == y || std::abs(x - y) <= tolerance * (std::abs(x) + std::abs(y)));
       };
       near(b.model.parameters[0], m * a.model.parameters[0]);
       near(b.model.parameters[1], m / k / k * a.model.parameters[1]);
-      near(b.sigma, m * a.sigma);
+      near(b.sigma, damping::is_in_proportion(estimator) ? a.sigma : m * a.sigma);
       near(b.eta, a.eta / m);
-      near(b.confidence95[0].high, m * a.confidence95[0].high);
+      // The ends of a profile are found to 1e-3 of their drop, by way of where rounding leads.
+      const double end = estimator == damping::Estimator::mixture ? 1e-3 : 1e-5;
+      near(b.confidence95[0].high, m * a.confidence95[0].high, end);
     }
   }));
 }

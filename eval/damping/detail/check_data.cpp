@@ -42,23 +42,32 @@ void check_data(const DampingData& data, const DampingLaw& law, Estimator estima
     throw InputError(fmt::format("{} eigenvalues, but {} damping coefficients and {} errors",
                                  data.size(), data.coefficients.size(), data.errors.size()));
   }
+  if (!data.ceilings.empty() && data.ceilings.size() != data.size()) {
+    throw InputError(
+        fmt::format("{} eigenvalues, but {} ceilings", data.size(), data.ceilings.size()));
+  }
   for (std::size_t i = 0; i < data.size(); ++i) {
     check_value("lambda", data.eigenvalues[i], i);
     check_value("c", data.coefficients[i], i);
+    if (!data.ceilings.empty() && !(data.ceilings[i] >= data.coefficients[i])) {
+      throw InputError(fmt::format("point {} of the damping data has c = {} above its ceiling {}",
+                                   i + 1, data.coefficients[i], data.ceilings[i]));
+    }
     if (data.errors.empty() || (std::isfinite(data.errors[i]) && data.errors[i] >= 0)) continue;
     throw InputError(
         fmt::format("point {} of the damping data has an error of {}", i + 1, data.errors[i]),
         "errors are standard deviations; leave all out where one is not known");
   }
   const std::size_t alphas = parameter_count(law);
-  const std::size_t numbers = alphas + (is_emg(estimator) ? 2 : 0);
+  const std::size_t numbers = alphas + (has_excess(estimator) ? 2 : 0);
   const std::string name = synth::damping::form_of(law.kind).name;
   if (data.size() < numbers) {
     throw InputError(fmt::format("{} feature{}, but {} damping has {} parameter{}{}", data.size(),
                                  data.size() == 1 ? "" : "s", name, alphas, alphas == 1 ? "" : "s",
-                                 is_emg(estimator) ? ", and sigma and eta are sought too" : ""),
-                     is_emg(estimator) ? "give more sounds, or use --estimator least_squares"
-                                       : "give more sounds, or --model caughey:1 for a constant");
+                                 has_excess(estimator) ? ", and sigma and eta are sought too" : ""),
+                     has_excess(estimator)
+                         ? "give more sounds, or use --estimator least_squares"
+                         : "give more sounds, or --model caughey:1 for a constant");
   }
   if (const std::size_t places = different(data.eigenvalues); places < alphas) {
     throw InputError(fmt::format("features at {} frequenc{} only, but {} damping has {} parameters",

@@ -6,7 +6,10 @@
 namespace carillon::eval::damping {
 
 std::size_t fitted_numbers(const DampingFit& fit) {
-  return fit.model.parameters.size() + (is_emg(fit.estimator) ? 2 : 1);
+  const std::size_t others = fit.estimator == Estimator::mixture ? 4
+                             : has_excess(fit.estimator)         ? 2
+                                                                 : 1;
+  return fit.model.parameters.size() + others;
 }
 
 double akaike(const DampingFit& fit) {

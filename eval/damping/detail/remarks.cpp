@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "eval/damping/detail/information.hpp"
 #include "eval/damping/detail/scaled_law.hpp"
@@ -29,8 +31,30 @@ double skewness(const DampingData& data, const synth::damping::DampingModel& mod
 
 }  // namespace
 
-void add_remarks(DampingFit& fit) {
+NegativeBand negative_band(const synth::damping::DampingModel& model, const DampingData& data) {
+  constexpr int places = 400;
+  const auto [low, high] = std::minmax_element(data.eigenvalues.begin(), data.eigenvalues.end());
+  const auto c = synth::damping::damping_function(model);
+  NegativeBand band;
+  for (int i = 0; i < places; ++i) {
+    const double lambda = *low * std::pow(*high / *low, i / (places - 1.0));
+    if (!(c(lambda) < 0)) continue;
+    const double f = std::sqrt(lambda) / (2 * std::numbers::pi);
+    if (!band.is) band.low = f;
+    band.is = true;
+    band.high = f;
+  }
+  return band;
+}
+
+void add_remarks(DampingFit& fit, const DampingData& data) {
   const auto& alphas = fit.model.parameters;
+  if (const NegativeBand band = negative_band(fit.model, data); band.is) {
+    fit.remarks.push_back(fmt::format(
+        "the law is negative from {:.0f} to {:.0f} Hz, within the features' band: no sound can be "
+        "made with it; --model hybrid or rayleigh stay positive",
+        band.low, band.high));
+  }
   if (!fit.converged) {
     fit.remarks.push_back("the search did not end at a maximum: the parameters are its best");
   }
@@ -63,7 +87,8 @@ void add_emg_remarks(DampingFit& fit, const DampingFit& gaussian, const DampingD
     fit.remarks.push_back(relative ? "no excess damping can be seen"
                                    : "no excess damping can be seen: the result is that of least "
                                      "squares");
-  } else if (const double here = akaike(fit), there = akaike(squares); there <= here) {
+  } else if (const double here = akaike(fit), there = akaike(squares);
+             std::isfinite(here) && there <= here) {
     fit.remarks.push_back(fmt::format(
         "least squares is enough: its AIC is {:.1f}, that of the EMG {:.1f}", there, here));
   }
@@ -79,6 +104,26 @@ void add_emg_remarks(DampingFit& fit, const DampingFit& gaussian, const DampingD
                                       : relative           ? "without errors of the features"
                                                            : "1 % of the median c"));
   }
+}
+
+void add_outlier_remark(DampingFit& fit, const DampingData& data,
+                        const Eigen::VectorXd& probabilities) {
+  if (fit.outliers == 0) return;
+  const auto law = synth::damping::damping_coefficients(fit.model, data.eigenvalues);
+  std::size_t farthest = 0;
+  double distance = -1;
+  for (std::size_t i = 0; i < data.size(); ++i) {
+    const double away = std::abs(std::log(data.coefficients[i] / std::max(law[i], 1e-300)));
+    if (probabilities[Eigen::Index(i)] <= 0.5 || away <= distance) continue;
+    farthest = i;
+    distance = away;
+  }
+  const double d = data.coefficients[farthest] / 2;
+  const double omega = std::sqrt(std::max(0.0, data.eigenvalues[farthest] - d * d));
+  fit.remarks.push_back(fmt::format(
+      "{} of {} features look like outliers and hardly count; the farthest is that of {:.1f} Hz, d "
+      "= {:.4g} 1/s where the law has {:.4g}",
+      fit.outliers, fit.points, omega / (2 * std::numbers::pi), d, law[farthest] / 2));
 }
 
 }  // namespace carillon::eval::damping

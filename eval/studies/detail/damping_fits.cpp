@@ -101,19 +101,11 @@ std::vector<FitBlock> fit_blocks(const DampingValidation& validation,
 
 namespace {
 
-void append(damping::DampingData& all, const damping::DampingData& one) {
-  all.eigenvalues.insert(all.eigenvalues.end(), one.eigenvalues.begin(), one.eigenvalues.end());
-  all.coefficients.insert(all.coefficients.end(), one.coefficients.begin(), one.coefficients.end());
-  all.errors.insert(all.errors.end(), one.errors.begin(), one.errors.end());
-}
-
-/// Data of several sounds; errors are known where they are of every one.
 damping::DampingData data_of(const std::vector<std::size_t>& drawn,
                              const std::vector<SoundFeatures>& sounds) {
-  damping::DampingData data;
-  for (const std::size_t sound : drawn) append(data, sounds[sound].data);
-  if (data.errors.size() != data.size()) data.errors.clear();
-  return data;
+  std::vector<damping::DampingData> parts;
+  for (const std::size_t sound : drawn) parts.push_back(sounds[sound].data);
+  return damping::joined(parts);
 }
 
 /// @throws Error  there is no fit

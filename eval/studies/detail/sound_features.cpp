@@ -72,6 +72,7 @@ struct Table {
   std::vector<double> explained, onset;
   std::vector<double> frequency, decay_rate, amplitude, frequency_error, decay_rate_error;
   std::vector<std::uint8_t> reverberant;
+  std::vector<double> rt60;  ///< of each sound's room, by octave; empty: no rooms
 
   void add(const features::FeatureSet& set) {
     counts.push_back(static_cast<std::int64_t>(set.features.size()));
@@ -97,6 +98,7 @@ std::string hash_of(const Table& table) {
     hash.add(std::span<const double>(*column));
   }
   hash.add(std::span<const std::uint8_t>(table.reverberant));
+  hash.add(std::span<const double>(table.rt60));
   return hash.hex();
 }
 
@@ -118,6 +120,11 @@ void write_table(const SoundBlock& block, const std::vector<std::string>& keys,
     file.write<double>("frequency_error", table.frequency_error, features);
     file.write<double>("decay_rate_error", table.decay_rate_error, features);
     file.write<std::uint8_t>("reverberant", table.reverberant, features);
+    if (!table.rt60.empty()) {
+      file.write<double>("room_rt60", table.rt60,
+                         {table.counts.size(), table.rt60.size() / table.counts.size()});
+      file.write_attribute("unit", "s", "room_rt60");
+    }
     for (const char* name : {"frequency", "frequency_error"}) {
       file.write_attribute("unit", "Hz", name);
     }
@@ -129,9 +136,10 @@ void write_table(const SoundBlock& block, const std::vector<std::string>& keys,
   });
 }
 
-/// The modes that ring in a sample, as features that nobody had to find.
-features::FeatureSet true_features(const synth::modal::RingDown& rings,
-                                   const FeatureSource& source) {
+/// The modes that ring in a sample, as features that nobody had to find; marked where the room that
+/// they ring in decays slower.
+features::FeatureSet true_features(const synth::modal::RingDown& rings, const FeatureSource& source,
+                                   std::span<const double> rt60) {
   constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
   features::FeatureSet set;
   for (std::size_t i = 0; i < rings.eigenvalues.size(); ++i) {
@@ -144,6 +152,7 @@ features::FeatureSet true_features(const synth::modal::RingDown& rings,
       continue;
     }
     feature.decay_rate = d;
+    feature.reverberant = !rt60.empty() && 2 * d >= damping::room_ceiling(rt60, feature.frequency);
     feature.amplitude = unknown;
     feature.frequency_error = feature.decay_rate_error = unknown;
     set.features.push_back(feature);
@@ -192,28 +201,30 @@ void compute_features(const SoundBlock& block, const Condition& condition,
   for (std::size_t k = 0; k < block.count; ++k) {
     keys.push_back(plan.samples[task.first + block.first + k].key);
   }
+  const Hdf5Group shard = Hdf5Group::open_file(block.shard);
+  if (shard.has("room_rt60")) {
+    table.rt60 = shard.read_rows<double>("room_rt60", block.first, block.count);
+  }
+  const std::size_t octaves = table.rt60.size() / std::max<std::size_t>(block.count, 1);
+  const auto room_of = [&](std::size_t k) {
+    return std::span<const double>(table.rt60).subspan(k * octaves, octaves);
+  };
   if (source.truth) {
     core::Trace trace;
     dataset::samples::SampleMaker maker(condition.build->config, plan.shapes[task.shape],
                                         {condition.folder, cache}, trace);
     for (std::size_t k = 0; k < block.count; ++k) {
       const dataset::plan::Sample& sample = plan.samples[task.first + block.first + k];
-      table.add(true_features(maker.ring(sample), source));
+      table.add(true_features(maker.ring(sample), source, room_of(k)));
     }
     write_table(block, keys, table);
     return;
   }
-  const Hdf5Group shard = Hdf5Group::open_file(block.shard);
   const double rate = shard.number_attribute("sample_rate_hz");
   const auto audio = read_audio(shard, block.first, block.count);
-  std::vector<double> times;
-  if (shard.has("room_rt60"))
-    times = shard.read_rows<double>("room_rt60", block.first, block.count);
-  const std::size_t octaves = times.size() / std::max<std::size_t>(block.count, 1);
   for (std::size_t k = 0; k < block.count; ++k) {
-    const auto begin = times.begin() + static_cast<std::ptrdiff_t>(k * octaves);
     features::FeatureOptions options = source.options;
-    options.rt60.assign(begin, begin + static_cast<std::ptrdiff_t>(octaves));
+    options.rt60.assign(room_of(k).begin(), room_of(k).end());
     table.add(features::extract_features(audio[k], rate, options));
   }
   write_table(block, keys, table);
@@ -227,6 +238,9 @@ std::vector<SoundFeatures> read_features(const std::filesystem::path& path, bool
   const auto frequency_error = file.read<double>("frequency_error");
   const auto decay_rate_error = file.read<double>("decay_rate_error");
   const auto reverberant = file.read<std::uint8_t>("reverberant");
+  const auto times = file.has("room_rt60") && !keep_reverberant ? file.read<double>("room_rt60")
+                                                                : std::vector<double>{};
+  const std::size_t octaves = times.size() / std::max<std::size_t>(counts.size(), 1);
   std::vector<SoundFeatures> sounds;
   std::size_t next = 0;
   for (const std::int64_t count : counts) {
@@ -244,7 +258,8 @@ std::vector<SoundFeatures> read_features(const std::filesystem::path& path, bool
     }
     sound.there = true;
     sound.found = features.size();
-    sound.data = damping::damping_data(features);
+    sound.data =
+        damping::damping_data(features, std::span(times).subspan(sounds.size() * octaves, octaves));
     sounds.push_back(std::move(sound));
   }
   return sounds;
