@@ -41,11 +41,11 @@ PoissonSets solve_poisson_ratios(const ObjectRequest& request, std::span<const d
   if (requests.size() == 1 && ratios.front() == object.materials.front().elastic.poisson_ratio) {
     sets.modes.push_back(std::move(object.modes));
   } else if (object.solver.solver == ObjectSolver::axisymmetric) {
-    sets.modes = solve_turned(request.mesh.shape, requests,
-                              {request.solve, request.pitch_cents,
-                               request.mesh.options.element_size},
-                              comm, cache, sets.trace)
-                     .sets;
+    sets.modes =
+        solve_turned(request.mesh.shape, requests,
+                     {request.solve, request.pitch_cents, request.mesh.options.element_size}, comm,
+                     cache, sets.trace)
+            .sets;
   } else {
     sets.modes = solvers::basis::solve_materials(object.mesh.mesh, requests, request.solve, comm,
                                                  cache, sets.trace);

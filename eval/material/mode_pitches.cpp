@@ -10,8 +10,8 @@ namespace carillon::eval::material {
 
 namespace {
 
-constexpr int points = 64;        // that stand for the surface
-constexpr double faintest = 0.02;  // weight of a mode that should not be heard
+constexpr int points = 64;              // that stand for the surface
+constexpr double faintest = 0.02;       // weight of a mode that should not be heard
 constexpr double decade_of_level = 50;  // over so many dB a weight falls to a tenth
 constexpr double pair_width = 12;       // of modes that count as one [cents]
 
@@ -30,7 +30,8 @@ Eigen::MatrixXd normal_motion(const solvers::modes::Modes& modes,
                         .cwiseAbs();
   }
   const Eigen::VectorXd heard = motion.rowwise().norm() / std::sqrt(static_cast<double>(points));
-  if (strike) motion = (synth::modal::shapes_at(modes, strike->point) * strike->direction).cwiseAbs();
+  if (strike)
+    motion = (synth::modal::shapes_at(modes, strike->point) * strike->direction).cwiseAbs();
   return heard.asDiagonal() * motion;
 }
 

@@ -77,9 +77,9 @@ void fit_law(PitchEstimate& estimate, std::span<const features::Feature> heads,
              const damping::DampingLaw& law) {
   const damping::DampingData data = damping::damping_data(heads);
   if (data.size() <= law.parameters) {
-    estimate.remarks.push_back(fmt::format(
-        "damping is not determined: {} matched tone{} for {} parameters", data.size(),
-        data.size() == 1 ? "" : "s", law.parameters));
+    estimate.remarks.push_back(
+        fmt::format("damping is not determined: {} matched tone{} for {} parameters", data.size(),
+                    data.size() == 1 ? "" : "s", law.parameters));
     return;
   }
   const bool excess = data.size() >= law.parameters + points_for_excess;
@@ -109,8 +109,8 @@ void remark(PitchEstimate& estimate, std::span<const HeardTone> tones,
     for (std::size_t k = 0; k < estimate.damping->confidence95.size(); ++k) {
       const core::Range& range = estimate.damping->confidence95[k];
       if (std::isfinite(range.low) && std::isfinite(range.high)) continue;
-      estimate.remarks.push_back(fmt::format("{} is not bounded by what was heard",
-                                             synth::damping::parameter_name(k)));
+      estimate.remarks.push_back(
+          fmt::format("{} is not bounded by what was heard", synth::damping::parameter_name(k)));
     }
   }
   estimate.remarks.emplace_back(

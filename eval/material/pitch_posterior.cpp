@@ -37,8 +37,8 @@ constexpr double random_move = 150 * cent;
 /// Modes of one Poisson's ratio and sharpness, ready for candidates.
 struct PreparedModes {
   double log_modulus = 0;
-  double log_top = 0;                     ///< of what is known
-  std::vector<double> places;             ///< log frequency, ascending
+  double log_top = 0;                       ///< of what is known
+  std::vector<double> places;               ///< log frequency, ascending
   std::vector<double> weights, cumulative;  ///< the latter of those before each
 };
 
@@ -203,7 +203,7 @@ ModePitches pitches_at(std::span<const ModePitches> modes, double poisson_ratio)
 PitchPosterior pitch_posterior(std::span<const HeardTone> tones, std::span<const ModePitches> modes,
                                const PitchPrior& prior) {
   check(modes);
-  const std::vector<double> coarse = 
+  const std::vector<double> coarse =
       coarse_evidence(tones, coarse_sets(modes), coarse_step, coarse_scatters, prior);
   const double best = *std::max_element(coarse.begin(), coarse.end());
   // The best cells, with a neighbour at either side, finely.
@@ -261,9 +261,9 @@ PitchPosterior pitch_posterior(std::span<const HeardTone> tones, std::span<const
       std::accumulate(posterior.probabilities.begin(), posterior.probabilities.end(), 0.0);
   for (double& probability : posterior.probabilities) probability /= sum;
   for (double& probability : posterior.poisson_probabilities) probability /= sum;
-  const double terms = static_cast<double>(posterior.poisson_ratios.size() * sharpnesses.size() *
-                                           std::size(fine_scatters) * fine_per_coarse *
-                                           coarse.size());
+  const double terms =
+      static_cast<double>(posterior.poisson_ratios.size() * sharpnesses.size() *
+                          std::size(fine_scatters) * fine_per_coarse * coarse.size());
   posterior.log_evidence = best + std::log(sum / terms);
   posterior.modulus = std::exp(quantile(posterior, 0.5));
   // A candidate stands for all around it.
@@ -283,8 +283,7 @@ std::vector<ToneMatch> match_tones(std::span<const HeardTone> tones,
   for (std::size_t i = 0; i < tones.size(); ++i) {
     const HeardTone& tone = tones[i];
     if (tone.log_frequency < band.low || tone.log_frequency >= band.top) continue;
-    const double modal =
-        tone.certainty * density_ratio(tone, ready, band, posterior.best.scatter);
+    const double modal = tone.certainty * density_ratio(tone, ready, band, posterior.best.scatter);
     const double probability = modal / (1 - tone.certainty + modal);
     if (!(probability > 0.5)) continue;
     const double place = tone.log_frequency - band.shift;
@@ -292,9 +291,8 @@ std::vector<ToneMatch> match_tones(std::span<const HeardTone> tones,
     for (std::size_t j = 1; j < ready.places.size(); ++j) {
       if (std::abs(ready.places[j] - place) < std::abs(ready.places[nearest] - place)) nearest = j;
     }
-    const auto same = std::find_if(matches.begin(), matches.end(), [nearest](const ToneMatch& one) {
-      return one.mode == nearest;
-    });
+    const auto same = std::find_if(matches.begin(), matches.end(),
+                                   [nearest](const ToneMatch& one) { return one.mode == nearest; });
     if (same == matches.end()) {
       matches.push_back({i, nearest, std::exp(ready.places[nearest]), probability});
     } else if (tones[same->tone].level < tone.level) {
@@ -330,8 +328,7 @@ double chance_of_match(std::span<const HeardTone> tones, std::span<const ModePit
     squares += value * value;
   }
   const double mean = sum / random_moves;
-  const double deviation = std::sqrt(std::max(
-      1e-6, (squares - sum * mean) / (random_moves - 1)));
+  const double deviation = std::sqrt(std::max(1e-6, (squares - sum * mean) / (random_moves - 1)));
   const double scale = deviation * std::sqrt(6.0) / std::numbers::pi;
   const double place = mean - std::numbers::egamma * scale;
   return -std::expm1(-std::exp(-(score(tones) - place) / scale));

@@ -10,9 +10,9 @@
 namespace carillon::eval::material {
 
 struct PitchPrior {
-  double min_modulus = 1e5;    ///< of E / density [m^2/s^2], even in its logarithm
+  double min_modulus = 1e5;  ///< of E / density [m^2/s^2], even in its logarithm
   double max_modulus = 1e9;
-  double min_frequency = 50;   ///< band in which tones are heard [Hz]
+  double min_frequency = 50;  ///< band in which tones are heard [Hz]
   double max_frequency = 20000;
 };
 
@@ -29,7 +29,7 @@ struct ToneMatch {
   std::size_t tone = 0;
   std::size_t mode = 0;
   double mode_frequency = 0;  ///< as solved, less what it is sharp by [Hz]
-  double probability = 0;  ///< that the tone is a mode's and not spurious
+  double probability = 0;     ///< that the tone is a mode's and not spurious
 };
 
 /// What tones say of a specific modulus.
@@ -40,11 +40,11 @@ struct PitchPosterior {
   /// Logarithm of how much likelier the tones are with this object's modes than without, over all
   /// that was assumed beforehand.
   double log_evidence = 0;
-  double modulus = 0;          ///< median [m^2/s^2]
+  double modulus = 0;             ///< median [m^2/s^2]
   core::Range confidence95 = {};  ///< [m^2/s^2]
   std::vector<double> poisson_ratios, poisson_probabilities;
-  PitchNuisance best;         ///< at the posterior's maximum
-  double best_modulus = 0;    ///< there [m^2/s^2]
+  PitchNuisance best;       ///< at the posterior's maximum
+  double best_modulus = 0;  ///< there [m^2/s^2]
 };
 
 /// Log-likelihood of tones, over that of tones without any mode.
@@ -67,8 +67,8 @@ double log_likelihood(std::span<const HeardTone> tones, const ModePitches& modes
 /// @param modes  of one object and specific modulus, by ascending Poisson's ratio; those between
 ///               them are interpolated
 /// @throws InputError  no modes
-PitchPosterior pitch_posterior(std::span<const HeardTone> tones,
-                               std::span<const ModePitches> modes, const PitchPrior& prior = {});
+PitchPosterior pitch_posterior(std::span<const HeardTone> tones, std::span<const ModePitches> modes,
+                               const PitchPrior& prior = {});
 
 /// Modes of the tones at the posterior's maximum; every mode has at most one, every tone too.
 std::vector<ToneMatch> match_tones(std::span<const HeardTone> tones,

@@ -48,8 +48,8 @@ nlohmann::json to_json(const PitchEstimate& estimate, const std::optional<double
     if (density) {
       json["youngs_modulus_pa"] = modulus * *density;
       json["density_kg_m3"] = *density;
-      json["confidence95"]["youngs_modulus_pa"] =
-          json_of(core::Range{estimate.modulus95.low * *density, estimate.modulus95.high * *density});
+      json["confidence95"]["youngs_modulus_pa"] = json_of(
+          core::Range{estimate.modulus95.low * *density, estimate.modulus95.high * *density});
     }
   }
   if (estimate.poisson_ratio) {
@@ -97,8 +97,8 @@ void print_estimate(const PitchEstimate& estimate, const std::optional<double>& 
                    ? "c = " + model.expression
                    : synth::damping::form_of(model.kind).formula);
     for (std::size_t k = 0; k < model.parameters.size(); ++k) {
-      fmt::print("  {:<20} {:.5g} {}, {}\n", synth::damping::parameter_name(k),
-                 model.parameters[k], synth::damping::parameter_unit(model.kind, k),
+      fmt::print("  {:<20} {:.5g} {}, {}\n", synth::damping::parameter_name(k), model.parameters[k],
+                 synth::damping::parameter_unit(model.kind, k),
                  damping::interval_text(estimate.damping->confidence95[k]));
     }
   }

@@ -16,7 +16,7 @@ namespace {
 
 using synth::damping::DampingKind;
 
-constexpr double worst = 1e6;  // of the sum, where a law is not positive
+constexpr double worst = 1e6;    // of the sum, where a law is not positive
 constexpr double farthest = 14;  // in logarithms or sizes: beyond, nothing bounds a parameter
 constexpr double tolerance = 1e-9;
 constexpr int max_evaluations = 2000;
@@ -117,13 +117,12 @@ double end_of(const Search& search, const std::vector<double>& best, std::size_t
 }  // namespace
 
 damping::DampingFit fit_relative(const damping::DampingData& data, const damping::DampingLaw& law) {
-  damping::DampingFit fit =
-      damping::fit_damping(data, law, {.estimator = damping::Estimator::least_squares,
-                                       .confidence = false});
+  damping::DampingFit fit = damping::fit_damping(
+      data, law, {.estimator = damping::Estimator::least_squares, .confidence = false});
   const std::size_t count = fit.model.parameters.size();
   if (data.size() <= count) {
-    throw core::InputError(fmt::format("{} points tell nothing of the errors of {} parameters",
-                                       data.size(), count));
+    throw core::InputError(
+        fmt::format("{} points tell nothing of the errors of {} parameters", data.size(), count));
   }
   const Search search = search_of(data, law, fit.model.parameters);
   std::vector<double> start;

@@ -139,6 +139,15 @@ class Pitches(Struck):
         self.assert_holds(found["parameters"]["confidence95"]["alpha2"], 1e-7)
         self.assertNotIn("scale", found)
 
+    def test_bowl_of_revolution_is_found_without_anything_known(self):
+        # The axisymmetric solver's modes at nine Poisson's ratios.
+        bowl = ("bowl:radius=60mm,wall=3mm", "--max-frequency", "12kHz")
+        clip = self.strike("bowl.wav", bowl, BOWL_POINT, "steel")
+        found = run_json("estimate", clip, *bowl)
+        self.assert_holds(found["confidence95"]["specific_modulus_m2_per_s2"], 2.0e11 / 7850)
+        self.assert_near(found["specific_modulus_m2_per_s2"], 2.0e11 / 7850, 0.02)
+        self.assert_holds(found["confidence95"]["poisson_ratio"], 0.29)
+
     def test_two_microphones_in_a_room_are_joined(self):
         room = ("--set", "room={dimensions: [5, 4, 3], rt60: 0.4}", "--set",
                 "noise={kind: white, snr: 40}")

@@ -62,12 +62,12 @@ features::Feature feature(double frequency, double decay_rate, double snr) {
 /// How a recording differs from the closed form.
 struct Recording {
   double modulus = 2e7;
-  double scatter = 0;      ///< of the object's pitches [cents]
-  double level = 10;       ///< scatter of the levels [dB]
-  double missing = 0.33;   ///< share of the modes that are not heard
-  double spurious = 5;     ///< tones that are no mode's, on average, 10 to 40 dB down
-  double companions = 0;   ///< weak features beside each mode's
-  double damping = 0.1;    ///< scatter of decay rates
+  double scatter = 0;     ///< of the object's pitches [cents]
+  double level = 10;      ///< scatter of the levels [dB]
+  double missing = 0.33;  ///< share of the modes that are not heard
+  double spurious = 5;    ///< tones that are no mode's, on average, 10 to 40 dB down
+  double companions = 0;  ///< weak features beside each mode's
+  double damping = 0.1;   ///< scatter of decay rates
   std::uint64_t seed = 1;
 };
 const synth::damping::DampingModel damping = synth::damping::rayleigh_damping(8, 4e-8);
@@ -158,8 +158,7 @@ TEST(PitchLikelihood, IsThatOfItsFormula) {
 TEST(PitchEstimate, FindsClosedForms) {
   for (const Body shape : bodies) {
     SCOPED_TRACE(static_cast<int>(shape));
-    const auto set =
-        heard(shape, {.level = 0, .missing = 0, .spurious = 0, .damping = 1e-3});
+    const auto set = heard(shape, {.level = 0, .missing = 0, .spurious = 0, .damping = 1e-3});
     const auto found = estimate(set, pitches_of(shape));
     ASSERT_TRUE(found.complete()) << found.undetermined;
     EXPECT_NEAR(*found.specific_modulus / 2e7, 1, 5e-4);
@@ -209,8 +208,7 @@ TEST(PitchEstimate, IntervalsHold) {
         const std::uint64_t seed = ++trials;
         core::RandomStream random(seed, 1, "test.coverage");
         const double truth = 1e7 * std::pow(5, random.uniform());
-        const auto set =
-            heard(shape, {.modulus = truth, .scatter = scatter, .seed = seed});
+        const auto set = heard(shape, {.modulus = truth, .scatter = scatter, .seed = seed});
         const auto found = estimate(set, pitches_of(shape, 4));
         if (!found.specific_modulus) continue;
         ++stated;
@@ -224,10 +222,11 @@ TEST(PitchEstimate, IntervalsHold) {
       }
     }
   }
-  fmt::print("{} of {} stated, {} far off; E / density holds in {:.1f} %, alphas in {:.1f} and "
-             "{:.1f} % of {}\n",
-             stated, trials, wrong, 100.0 * modulus / stated, 100.0 * alpha[0] / damped,
-             100.0 * alpha[1] / damped, damped);
+  fmt::print(
+      "{} of {} stated, {} far off; E / density holds in {:.1f} %, alphas in {:.1f} and "
+      "{:.1f} % of {}\n",
+      stated, trials, wrong, 100.0 * modulus / stated, 100.0 * alpha[0] / damped,
+      100.0 * alpha[1] / damped, damped);
   EXPECT_GE(stated, 0.7 * trials);
   EXPECT_LE(wrong, 0.02 * stated);
   EXPECT_GE(modulus, 0.9 * stated);
