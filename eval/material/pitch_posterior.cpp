@@ -29,6 +29,9 @@ constexpr std::size_t fine_per_coarse = 14;
 constexpr double negligible = 12;
 constexpr std::size_t max_fine_cells = 400;
 constexpr double most_error = 200;  // that modes can be sharp [cents]
+constexpr double no_error = 0.05;   // [cents]
+constexpr double sharpest = 1.25;   // estimates may be a fifth too low
+constexpr double sharp_step = 2;    // [cents]
 /// Scatters at which matches by chance are looked for [cents].
 constexpr core::Range chance_scatters = {1, 20};
 constexpr int random_moves = 24;
@@ -42,15 +45,18 @@ struct PreparedModes {
   std::vector<double> weights, cumulative;  ///< the latter of those before each
 };
 
+double error_of(double estimated) {
+  return std::isfinite(estimated) ? std::clamp(estimated, 0.0, most_error) : most_error;
+}
+
 PreparedModes prepared(const ModePitches& modes, double sharpness) {
   PreparedModes out;
   out.log_modulus = std::log(modes.specific_modulus);
   std::vector<std::pair<double, double>> sorted;
   for (std::size_t i = 0; i < modes.frequencies.size(); ++i) {
-    const double error =
-        std::isfinite(modes.errors[i]) ? std::clamp(modes.errors[i], 0.0, most_error) : most_error;
-    sorted.emplace_back(std::log(modes.frequencies[i]) - sharpness * error * cent,
-                        modes.weights[i]);
+    sorted.emplace_back(
+        std::log(modes.frequencies[i]) - sharpness * error_of(modes.errors[i]) * cent,
+        modes.weights[i]);
   }
   std::sort(sorted.begin(), sorted.end());
   out.cumulative.push_back(0);
@@ -172,6 +178,19 @@ std::vector<double> poisson_grid(std::span<const ModePitches> modes) {
   return ratios;
 }
 
+/// Shares of the modes' errors, in steps of 2 cents or so.
+std::vector<double> sharpness_grid(std::span<const ModePitches> modes) {
+  double largest = 0;
+  for (const ModePitches& set : modes) {
+    for (const double error : set.errors) largest = std::max(largest, error_of(error));
+  }
+  if (largest < no_error) return {0};
+  const int steps = std::clamp(static_cast<int>(sharpest * largest / sharp_step), 5, 25);
+  std::vector<double> grid;
+  for (int i = 0; i <= steps; ++i) grid.push_back(sharpest * i / steps);
+  return grid;
+}
+
 /// The candidate at which so much of the posterior is reached.
 double quantile(const PitchPosterior& posterior, double fraction) {
   double sum = 0;
@@ -228,11 +247,7 @@ PitchPosterior pitch_posterior(std::span<const HeardTone> tones, std::span<const
                                                             static_cast<double>(fine_per_coarse)));
     }
   }
-  const bool sharp = std::any_of(modes.begin(), modes.end(), [](const ModePitches& set) {
-    return std::any_of(set.errors.begin(), set.errors.end(), [](double e) { return !(e < 0.05); });
-  });
-  const std::vector<double> sharpnesses =
-      sharp ? std::vector<double>{0, 0.5, 1} : std::vector<double>{0};
+  const std::vector<double> sharpnesses = sharpness_grid(modes);
   posterior.poisson_ratios = poisson_grid(modes);
   posterior.probabilities.assign(posterior.log_moduli.size(), 0.0);
   double highest = -std::numeric_limits<double>::infinity();

@@ -62,8 +62,8 @@ double log_likelihood(std::span<const HeardTone> tones, const ModePitches& modes
                       const PitchPrior& prior = {});
 
 /// Posterior of the specific modulus, with Poisson's ratio (even between the first and the last of
-/// the sets), sharpness (0, 1/2 or 1) and scatter (even in its logarithm from 1/4 to 64 cents)
-/// marginalised.
+/// the sets), sharpness (even from 0 to 5/4, as estimates may be a fifth too low) and scatter (even
+/// in its logarithm from 1/4 to 64 cents) marginalised.
 /// @param modes  of one object and specific modulus, by ascending Poisson's ratio; those between
 ///               them are interpolated
 /// @throws InputError  no modes

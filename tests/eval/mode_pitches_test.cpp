@@ -52,8 +52,8 @@ TEST(ModePitches, KnowWhereItWasStruck) {
     return material::mode_pitches(modes, 2e7, 0.3, material::unit_strike(modes, at, std::nullopt))
         .weights[2];
   };
-  EXPECT_GT(weight({0, 0, 0.1}), 0.7);    // the pole
-  EXPECT_LT(weight({0.1, 0, 0}), 0.1);    // the equator is its node
+  EXPECT_GT(weight({0, 0, 0.1}), 0.7);  // the pole
+  EXPECT_LT(weight({0.1, 0, 0}), 0.1);  // the equator is its node
 }
 
 TEST(Audibility, FallsWithLevelAndIsSharedByPairs) {

@@ -246,7 +246,8 @@ TEST(PitchEstimate, OfAnotherObjectIsNotDetermined) {
       }
     }
   }
-  EXPECT_LE(stated, 3) << "of 60";
+  fmt::print("{} of 60 are stated\n", stated);
+  EXPECT_LE(stated, 3);
 }
 
 TEST(PitchEstimate, OfNoiseIsNotDetermined) {
