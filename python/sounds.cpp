@@ -14,6 +14,7 @@
 #include "eval/features/read_clip.hpp"
 #include "eval/material/estimate_recording.hpp"
 #include "eval/material/estimate_report.hpp"
+#include "eval/material/pitch_report.hpp"
 #include "eval/perception/compare_report.hpp"
 #include "python/objects.hpp"
 #include "scene/material_json.hpp"
@@ -202,6 +203,7 @@ py::tuple strike(const SolvedPointer& solved, const std::string& configuration,
 eval::material::EstimateArguments estimate_arguments(const std::string& text) {
   const Given given(text);
   eval::material::EstimateArguments arguments;
+  given.read("metric", arguments.metric);
   given.read("model", arguments.model);
   given.read("heard", arguments.heard);
   given.read("contact_time", arguments.contact_time);
@@ -214,23 +216,87 @@ eval::material::EstimateArguments estimate_arguments(const std::string& text) {
   return arguments;
 }
 
-/// What the object is solved in, as `carillon list materials --json` has materials.
-std::string assumed_material(const std::string& named, const std::string& given) {
-  return scene::to_json(eval::material::assumed_material(named, estimate_arguments(given))).dump();
+/// What the object is solved in, as `carillon list materials --json` has materials: once for each
+/// Poisson's ratio that is tried.
+std::string assumed_materials(const std::string& named, const std::string& given) {
+  const eval::material::EstimateArguments arguments = estimate_arguments(given);
+  eval::material::checked_metric(arguments, true, 1, false);
+  synth::material::Material assumed = eval::material::assumed_material(named, arguments);
+  json materials = json::array();
+  for (const double ratio : eval::material::poisson_ratios(named, arguments)) {
+    assumed.elastic.poisson_ratio = ratio;
+    materials.push_back(scene::to_json(assumed));
+  }
+  return materials.dump();
+}
+
+/// What is known of a strike on an object.
+std::optional<eval::material::StruckPlace> place_of(const std::optional<Triples>& at,
+                                                    const std::optional<Triples>& direction) {
+  if (!at) {
+    if (direction) throw InputError("direction needs at");
+    return std::nullopt;
+  }
+  std::optional<Vec3> force;
+  if (direction) force = vector_of(*direction, "direction");
+  return eval::material::struck_place(vector_of(*at, "at"), force);
+}
+
+/// The material by pitches; solves the object at each Poisson's ratio once what was heard is known
+/// to be usable.
+/// @param solves  give the solved objects, by ascending Poisson's ratio
+/// @return what carillon estimate says
+std::string estimate_pitches(const std::vector<py::function>& solves,
+                             const std::vector<Samples>& recordings,
+                             const std::vector<double>& rates, const std::optional<Triples>& at,
+                             const std::optional<Triples>& direction, const std::string& given) {
+  const eval::material::EstimateArguments arguments = estimate_arguments(given);
+  eval::material::checked_metric(arguments, at.has_value(), recordings.size(), false);
+  const eval::material::MaterialOptions options = eval::material::material_options(arguments);
+  const auto place = place_of(at, direction);
+  std::vector<std::vector<double>> clips;
+  for (const Samples& samples : recordings) clips.push_back(channel_of(samples, "the recording"));
+  struct Heard {
+    std::vector<eval::material::HeardRecording> recordings;
+    core::Trace trace;
+  };
+  Heard heard = interruptible([clips = std::move(clips), rates, arguments](const Waiting&) mutable {
+    Heard made;
+    const core::ScopedTimer timer(made.trace.stages["features"]);
+    for (std::size_t i = 0; i < clips.size(); ++i) {
+      made.recordings.push_back(
+          eval::material::listen(std::move(clips[i]), rates[i], arguments, "the recording"));
+    }
+    return made;
+  });
+  std::vector<SolvedPointer> solved;
+  for (const py::function& solve : solves) solved.push_back(solve().cast<SolvedPointer>());
+  return interruptible([=, heard = std::move(heard)](const Waiting&) mutable {
+    std::vector<solvers::modes::Modes> modes;
+    std::vector<double> ratios;
+    for (const SolvedPointer& one : solved) {
+      heard.trace.merge(one->object.trace);
+      modes.push_back(one->object.modes);
+      ratios.push_back(one->object.materials.front().elastic.poisson_ratio);
+    }
+    const eval::material::PitchEstimate found = eval::material::estimate_from_recordings(
+        heard.recordings, modes, ratios, solved.front()->object.materials.front(), place,
+        options.law, heard.trace);
+    return eval::material::to_json(found, eval::material::known_density(arguments), heard.trace)
+        .dump();
+  });
 }
 
 /// Solves the object once what was heard and where it was struck are known to be usable.
 /// @param solve  gives the solved object
 /// @return what carillon estimate says, and the recording made again [samples]
 py::tuple estimate(const py::function& solve, const Samples& samples, double rate,
-                   const Triples& at, const std::optional<Triples>& direction,
+                   const std::optional<Triples>& at, const std::optional<Triples>& direction,
                    const std::string& given) {
   const eval::material::EstimateArguments arguments = estimate_arguments(given);
+  eval::material::checked_metric(arguments, at.has_value(), 1, true);
   const eval::material::MaterialOptions options = eval::material::material_options(arguments);
-  std::optional<Vec3> force;
-  if (direction) force = vector_of(*direction, "direction");
-  const eval::material::StruckPlace place =
-      eval::material::struck_place(vector_of(at, "at"), force);
+  const eval::material::StruckPlace place = *place_of(at, direction);
   struct Heard {
     eval::material::HeardRecording recording;
     core::Trace trace;
@@ -301,8 +367,9 @@ void bind_sounds(py::module_& module) {
   module.def("fit", &fit);
   module.def("compare", &compare);
   module.def("strike", &strike);
-  module.def("assumed_material", &assumed_material);
+  module.def("assumed_materials", &assumed_materials);
   module.def("estimate", &estimate);
+  module.def("estimate_pitches", &estimate_pitches);
   module.def("mel", &mel);
 }
 

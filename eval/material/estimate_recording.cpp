@@ -44,11 +44,39 @@ MaterialOptions material_options(const EstimateArguments& arguments) {
   return options;
 }
 
+Metric checked_metric(const EstimateArguments& arguments, bool struck, std::size_t recorded,
+                      bool output) {
+  if (arguments.metric == "pitches") {
+    if (output) throw InputError("--output needs --metric hybrid: pitches tell nothing of levels");
+    if (!arguments.contact_time.empty()) {
+      throw InputError("--contact-time needs --metric hybrid: pitches tell nothing of the contact");
+    }
+    return Metric::pitches;
+  }
+  if (arguments.metric != "hybrid") {
+    throw InputError(fmt::format("\"{}\" is no metric", arguments.metric), "pitches or hybrid");
+  }
+  if (!struck) throw InputError("--metric hybrid compares amplitudes and needs --at");
+  if (recorded > 1) throw InputError("--metric hybrid takes one recording");
+  return Metric::hybrid;
+}
+
+std::vector<double> poisson_ratios(const std::string& named, const EstimateArguments& arguments) {
+  if (!named.empty() || !arguments.poisson_ratio.empty() || arguments.metric == "hybrid") {
+    return {assumed_material(named, arguments).elastic.poisson_ratio};
+  }
+  std::vector<double> ratios;
+  for (int step = 1; step <= 9; ++step) ratios.push_back(0.05 * step);
+  return ratios;
+}
+
 synth::material::Material assumed_material(const std::string& named,
                                            const EstimateArguments& arguments) {
-  return assumed_material(
-      named, given_quantity(arguments.poisson_ratio, Dimension::none, "--poisson-ratio"),
-      known_density(arguments));
+  std::optional<double> ratio =
+      given_quantity(arguments.poisson_ratio, Dimension::none, "--poisson-ratio");
+  // All are tried: the mesh is chosen by one in the middle.
+  if (!ratio && named.empty() && arguments.metric == "pitches") ratio = 0.3;
+  return assumed_material(named, ratio, known_density(arguments));
 }
 
 std::optional<double> known_density(const EstimateArguments& arguments) {
@@ -98,6 +126,29 @@ RecordedMaterial estimate_recording(const HeardRecording& recording,
   found.resynthesis = resynthesis(recording.samples, recording.set, modes, strike,
                                   found.estimate.candidate, modulus, options.motion);
   return found;
+}
+
+PitchEstimate estimate_from_recordings(std::span<const HeardRecording> recordings,
+                                       std::span<const solvers::modes::Modes> modes,
+                                       std::span<const double> ratios,
+                                       const synth::material::Material& assumed,
+                                       const std::optional<StruckPlace>& place,
+                                       const damping::DampingLaw& law, core::Trace& trace) {
+  const core::ScopedTimer timer(trace.stages["search"]);
+  const double modulus = assumed.elastic.youngs_modulus / assumed.elastic.density;
+  std::vector<ModePitches> pitches;
+  for (std::size_t i = 0; i < modes.size(); ++i) {
+    std::optional<synth::modal::Strike> strike;
+    if (place) strike = unit_strike(modes[i], place->at, place->direction);
+    pitches.push_back(mode_pitches(modes[i], modulus, ratios[i], strike));
+  }
+  std::vector<features::FeatureSet> sets;
+  for (const HeardRecording& recording : recordings) sets.push_back(recording.set);
+  PitchEstimate estimate = estimate_from_pitches(sets, pitches, law);
+  for (const features::FeatureSet& set : sets) {
+    estimate.remarks.insert(estimate.remarks.begin(), set.remarks.begin(), set.remarks.end());
+  }
+  return estimate;
 }
 
 }  // namespace carillon::eval::material

@@ -10,6 +10,7 @@
 #include "core/trace.hpp"
 #include "eval/features/extract_features.hpp"
 #include "eval/material/estimate_material.hpp"
+#include "eval/material/pitch_estimate.hpp"
 #include "solvers/modes/modes.hpp"
 #include "synth/material/material.hpp"
 
@@ -19,6 +20,7 @@ namespace carillon::eval::material {
 /// is meant.
 struct EstimateArguments {
   static constexpr std::size_t max_starts = 1000;
+  std::string metric = "pitches";  ///< or "hybrid"
   std::string model = "rayleigh";
   std::string heard = "velocity";
   std::string contact_time;            ///< "": sought
@@ -40,6 +42,24 @@ synth::material::Material assumed_material(const std::string& named,
 /// The object's density, where it was given [kg/m^3].
 /// @throws InputError  it cannot be read
 std::optional<double> known_density(const EstimateArguments& arguments);
+
+/// What an estimate is made by.
+enum class Metric {
+  pitches,  ///< the likelihood of the frequencies alone (pitch_posterior.hpp)
+  hybrid    ///< the papers': spectrograms and match ratios, of a known strike (hybrid_metric.hpp)
+};
+
+/// @throws InputError  no such name, or what does not go together: names the options
+/// @param struck    whether the point struck is known
+/// @param recorded  number of recordings
+/// @param output    whether the estimate is to be made a sound
+Metric checked_metric(const EstimateArguments& arguments, bool struck, std::size_t recorded,
+                      bool output);
+
+/// Poisson's ratios to be tried: the one that is given, by itself or with the material, or 0.05 to
+/// 0.45 in steps of 0.05 for the metric of pitches.
+/// @throws InputError  none is given to the hybrid metric; and as assumed_material()
+std::vector<double> poisson_ratios(const std::string& named, const EstimateArguments& arguments);
 
 /// One channel of a recorded strike, and the modes that it shows.
 struct HeardRecording {
@@ -78,5 +98,18 @@ RecordedMaterial estimate_recording(const HeardRecording& recording,
                                     std::span<const synth::material::Material> materials,
                                     const StruckPlace& place, const MaterialOptions& options,
                                     const std::string& object, core::Trace& trace);
+
+/// The material of an object from the pitches of recordings of it, with modes at the Poisson's
+/// ratios that are tried.
+/// @param modes     of assumed_material() at each ratio
+/// @param place     where it was struck, if that is known: of every recording
+/// @param trace     stage `search` is added
+/// @throws InputError  no modes
+PitchEstimate estimate_from_recordings(std::span<const HeardRecording> recordings,
+                                       std::span<const solvers::modes::Modes> modes,
+                                       std::span<const double> ratios,
+                                       const synth::material::Material& assumed,
+                                       const std::optional<StruckPlace>& place,
+                                       const damping::DampingLaw& law, core::Trace& trace);
 
 }  // namespace carillon::eval::material

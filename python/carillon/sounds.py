@@ -3,8 +3,9 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import math
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy
@@ -314,22 +315,29 @@ def compare(reference: numpy.typing.ArrayLike, other: numpy.typing.ArrayLike, ra
 
 @dataclasses.dataclass(frozen=True, repr=False, eq=False)
 class Estimate:
-    """What a struck object is made of, by one recording."""
+    """What a struck object is made of, by recordings of it. What is not determined is None."""
 
-    specific_modulus: float  #: E / density [m^2/s^2]
+    specific_modulus: float | None  #: E / density [m^2/s^2]
     specific_modulus_error: float  #: one standard error of its logarithm; infinite where it is not determined
     youngs_modulus: float | None  #: [Pa], where the density was given
+    poisson_ratio: float | None  #: where all were tried
     model: str  #: the damping with its numbers
-    parameters: dict[str, float]  #: of the damping
+    parameters: dict[str, float]  #: of the damping; empty where it is not determined
+    confidence95: dict[str, tuple[float, float]]  #: of what the metric of pitches determined, by name
+    undetermined: str  #: why there is no specific modulus; "" where there is one
     remarks: list[str]  #: how well it is determined
-    resynthesis: Sound  #: the recording made again from the estimate
+    resynthesis: Sound | None  #: the recording made again from the estimate; of the hybrid metric alone
     document: dict[str, Any]  #: all that `carillon estimate --json` prints
 
     def __repr__(self) -> str:
+        if self.specific_modulus is None:
+            return f"<not determined: {self.undetermined}>"
         return (f"<E / density {self.specific_modulus:.5g} m^2/s^2 +- {100 * self.specific_modulus_error:.2g} %, "
-                f"damping {self.model}>")
+                f"damping {self.model or 'not determined'}>")
 
     def _repr_html_(self) -> str:
+        if self.specific_modulus is None:
+            return show.table(["", ""], [["not determined", self.undetermined]], "")
         rows = [["E / density", f"{self.specific_modulus:.4g} m^2/s^2"]]
         if self.youngs_modulus is not None:
             rows.append(["E", f"{self.youngs_modulus:.4g} Pa"])
@@ -337,16 +345,41 @@ class Estimate:
         return show.table(["", ""], rows, self.model)
 
 
-def estimate(samples: numpy.typing.ArrayLike, object: Object, at: Sequence[float] | FloatArray,
-             rate: Quantity | None = None, *, material: str | Material = "", poisson_ratio: float | None = None,
+def _interval(ends: Sequence[float | None]) -> tuple[float, float]:
+    """Of JSON, where an end that nothing bounds is null."""
+    low, high = ends
+    return (-math.inf if low is None else low, math.inf if high is None else high)
+
+
+def _estimate_of(document: dict[str, Any], resynthesis: Sound | None) -> Estimate:
+    given = document["parameters"] or {}
+    parameters = {name: value for name, value in given.items() if isinstance(value, (int, float))}
+    intervals = {**document.get("confidence95", {}), **given.get("confidence95", {})}
+    confidence95 = {name: _interval(ends) for name, ends in intervals.items()}
+    error = document.get("specific_modulus_error")
+    if "specific_modulus_m2_per_s2" in confidence95:
+        low, high = confidence95["specific_modulus_m2_per_s2"]
+        error = math.log(high / low) / (2 * 1.96)
+    return Estimate(document["specific_modulus_m2_per_s2"], math.inf if error is None else error,
+                    document.get("youngs_modulus_pa"), document.get("poisson_ratio"), document.get("model", ""),
+                    parameters, confidence95, document.get("undetermined", ""), document["remarks"], resynthesis,
+                    document)
+
+
+def estimate(samples: numpy.typing.ArrayLike | Sequence[numpy.typing.ArrayLike], object: Object,
+             at: Sequence[float] | FloatArray | None = None, rate: Quantity | None = None, *,
+             metric: str = "pitches", material: str | Material = "", poisson_ratio: float | None = None,
              density: Quantity | None = None, direction: Sequence[float] | FloatArray | None = None,
              model: str = "rayleigh", heard: str = "velocity", contact_time: Quantity | None = None,
              onset: Quantity | None = None, rt60: Quantity | Sequence[Quantity] | None = None, starts: int = 8,
              seed: int = 1, **modes: Any) -> Estimate:
-    """The material of a struck object from one recording, its shape and where it was struck.
+    """The material of a struck object from recordings of it and its shape.
 
-    samples: [samples]; at: point struck [m]; poisson_ratio: of the object, which cannot be heard; density:
-    [kg/m^3], with which Young's modulus follows; heard: velocity, acceleration (microphones) or displacement;
+    samples: [samples], or a list of several recordings of the object; at: point struck [m], None: unknown.
+    metric: "pitches", of the frequencies alone, with intervals; "hybrid", the papers', of one recording, which needs
+    `at` and a Poisson's ratio; contact_time, heard, starts and seed are its.
+    poisson_ratio: of the object; None: the material's or, without one, all are tried; density: [kg/m^3], with which
+    Young's modulus follows; heard: velocity, acceleration (microphones) or displacement;
     contact_time, onset: [s], None: sought.
     material: an assumed one whose modes are solved and rescaled; further arguments are those of Object.modes.
     Raises InputError: no modes can be heard, no Poisson's ratio.
@@ -358,19 +391,25 @@ def estimate(samples: numpy.typing.ArrayLike, object: Object, at: Sequence[float
     quantities = {"contact_time": contact_time, "onset": onset, "density": density, "poisson_ratio": poisson_ratio}
     texts = {name: arguments.quantity_text(value) for name, value in quantities.items() if value is not None}
     options = arguments.settings(
-        model=arguments.word(model, "model"), heard=arguments.word(heard, "heard"), rt60=arguments.rt60_text(rt60),
+        metric=arguments.word(metric, "metric"), model=arguments.word(model, "model"),
+        heard=arguments.word(heard, "heard"), rt60=arguments.rt60_text(rt60),
         starts=arguments.whole(starts, "starts"), seed=arguments.whole(seed, "seed", 0, 2**64 - 1), **texts)
-    [assumed] = stored_materials(f"[{_carillon.assumed_material(material_text(material), options)}]")
-    rate = rate_of(samples, rate)
-    text, again = _carillon.estimate(
-        lambda: object.modes(assumed, **modes)._solved, arguments.samples(samples, "the recording"), rate,
-        arguments.numbers(at, "at"), None if direction is None else arguments.numbers(direction, "direction"), options)
-    document = json.loads(text)
-    parameters = {name: value for name, value in document["parameters"].items() if isinstance(value, (int, float))}
-    error = document["specific_modulus_error"]
-    return Estimate(document["specific_modulus_m2_per_s2"], float("inf") if error is None else error,
-                    document.get("youngs_modulus_pa"), document["model"], parameters, document["remarks"],
-                    Sound(again, rate), document)
+    several = isinstance(samples, (list, tuple)) and len(samples) > 0 and numpy.ndim(samples[0]) > 0
+    recordings: list[Any] = list(samples) if several else [samples]  # type: ignore[arg-type]
+    rates = [rate_of(recording, rate) for recording in recordings]
+    clips = [arguments.samples(recording, "the recording") for recording in recordings]
+    point = None if at is None else arguments.numbers(at, "at")
+    force = None if direction is None else arguments.numbers(direction, "direction")
+    assumed = stored_materials(_carillon.assumed_materials(material_text(material), options))
+
+    def solver(one: Material) -> Callable[[], Any]:
+        return lambda: object.modes(one, **modes)._solved
+
+    if metric == "hybrid" and len(clips) == 1:
+        text, again = _carillon.estimate(solver(assumed[0]), clips[0], rates[0], point, force, options)
+        return _estimate_of(json.loads(text), Sound(again, rates[0]))
+    return _estimate_of(json.loads(_carillon.estimate_pitches([solver(one) for one in assumed], clips, rates, point,
+                                                              force, options)), None)
 
 
 def mel(samples: numpy.typing.ArrayLike, rate: Quantity | None = None, *, bands: int = 64, fft_size: int = 2048,

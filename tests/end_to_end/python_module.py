@@ -1,5 +1,6 @@
 """The Python module: the same numbers as the program's, arrays in and out, errors with the same words."""
 import copy
+import json
 import pickle
 import unittest
 
@@ -220,13 +221,20 @@ class Sounds(ModuleTest):
         known = run_json("compare", self.folder / "one.wav", self.folder / "two.wav")
         self.assertEqual(comparison.document["jnd"], known["jnd"])
         self.assertEqual(comparison.matched, known["matched"])
-        estimate = ca.estimate(one, ca.shape("bowl"), at, poisson_ratio=0.2, density=2700, **BAND)
+        estimate = ca.estimate(one, ca.shape("bowl"), at, poisson_ratio=0.2, density=2700, metric="hybrid", **BAND)
         known = run_json("estimate", self.folder / "one.wav", "bowl", "--at", "0.06,0,0.02", "--poisson-ratio", "0.2",
-                         "--density", "2700", *OPTIONS, "--cache", "")
+                         "--density", "2700", "--metric", "hybrid", *OPTIONS, "--cache", "")
         self.assertEqual(estimate.specific_modulus, known["specific_modulus_m2_per_s2"])
         self.assertEqual(estimate.youngs_modulus, known["youngs_modulus_pa"])
         self.assertEqual(len(estimate.resynthesis), len(one))
-        for result in (features, fit, comparison, estimate):
+        pitches = ca.estimate([one, two], ca.shape("bowl"), poisson_ratio=0.2, **BAND)
+        document = run("estimate", self.folder / "one.wav", "bowl", self.folder / "two.wav", "--poisson-ratio", "0.2",
+                       *OPTIONS, "--cache", "", "--json")
+        known = json.loads(document.stdout)
+        self.assertEqual(pitches.specific_modulus, known["specific_modulus_m2_per_s2"])
+        self.assertEqual(pitches.undetermined, known["undetermined"])
+        self.assertIsNone(pitches.resynthesis)
+        for result in (features, fit, comparison, estimate, pitches):
             self.assertIn("<table>", result._repr_html_())
 
     def test_force_over_time(self):
