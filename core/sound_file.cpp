@@ -78,7 +78,8 @@ std::string chunk_fault(std::ifstream& file, std::int64_t size) {
     const std::int64_t next = chunk.place + 8 + chunk.size;
     if (chunk.size % 2 == 1 && is_chunk_name(bytes_at(file, next, 4)) &&
         bytes_at(file, next, 1) != std::string(1, '\0')) {
-      return fmt::format("its chunk {} has an odd size and no byte of padding after it", chunk.name);
+      return fmt::format("its chunk {} has an odd size and no byte of padding after it",
+                         chunk.name);
     }
   }
   if (data == chunks.end()) return "it has no data chunk";
@@ -120,7 +121,8 @@ std::optional<std::string> foreign_format(std::string_view head) {
   if (has(0, "MAC ")) return "Monkey's Audio";
   if (has(0, "RIFF") && has(8, "AVI ")) return "AVI";
   // A frame of ADTS: twelve bits of synchronisation, then layer 0, which MP3 does not have.
-  if (head.size() > 1 && head[0] == '\xff' && (static_cast<unsigned char>(head[1]) & 0xf6U) == 0xf0U) {
+  if (head.size() > 1 && head[0] == '\xff' &&
+      (static_cast<unsigned char>(head[1]) & 0xf6U) == 0xf0U) {
     return "AAC";
   }
   return std::nullopt;
@@ -163,11 +165,12 @@ SoundFile::SoundFile(const std::filesystem::path& path) {
       if (chunk.name != "data" || chunk.size != 0 || begin >= source_.size) continue;
       // Chunks that fill the rest: there is no sound indeed.
       const std::vector<Chunk> rest = chunks_of(source_.file, source_.size, begin);
-      const bool filled = !rest.empty() && rest.back().place + 8 + rest.back().size +
-                                                   rest.back().size % 2 >=
-                                               source_.size;
+      const bool filled =
+          !rest.empty() &&
+          rest.back().place + 8 + rest.back().size + rest.back().size % 2 >= source_.size;
       if (filled) break;
-      const auto left = static_cast<std::uint32_t>(std::min<std::int64_t>(source_.size - begin, 0x7ffffffe));
+      const auto left =
+          static_cast<std::uint32_t>(std::min<std::int64_t>(source_.size - begin, 0x7ffffffe));
       std::string size(4, '\0');
       for (std::size_t k = 0; k < 4; ++k) size[k] = static_cast<char>(left >> (8 * k) & 0xffU);
       change(chunk.place + 4, size);

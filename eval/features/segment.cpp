@@ -66,6 +66,36 @@ std::size_t slow_onset(std::span<const double> samples, const std::vector<double
   return from;
 }
 
+/// Where the power of a sound in noise rises to twice what it was, before its loudest 20 ms; none
+/// where it does not.
+std::optional<std::size_t> onset_in_noise(std::span<const double> samples, double sample_rate) {
+  constexpr double before_loudest = 0.3, loud = 0.02, min_rise = 2;
+  const auto length = static_cast<std::size_t>(loud * sample_rate);
+  if (samples.size() < 2 * length || length == 0) return std::nullopt;
+  double energy = 0, largest = 0;
+  std::size_t loudest = 0;
+  for (std::size_t n = 0; n < samples.size(); ++n) {
+    energy += samples[n] * samples[n];
+    if (n < length) continue;
+    energy -= samples[n - length] * samples[n - length];
+    if (energy <= largest) continue;
+    largest = energy;
+    loudest = n;
+  }
+  const auto window = static_cast<std::size_t>(before_loudest * sample_rate);
+  const std::size_t from = loudest > window ? loudest - window : 0;
+  const std::span<const double> part = samples.subspan(from, loudest + 1 - from);
+  const std::size_t change = change_of_power(part);
+  const auto power = [](std::span<const double> of) {
+    double sum = 0;
+    for (const double sample : of) sum += sample * sample;
+    return of.empty() ? 0 : sum / static_cast<double>(of.size());
+  };
+  const double before = power(part.first(change));
+  if (change == 0 || power(part.subspan(change)) < min_rise * before) return std::nullopt;
+  return from + change;
+}
+
 /// Where a recording is struck, and which of that is analysed.
 struct Onsets {
   std::vector<std::size_t> samples;  ///< of all strikes, in order
@@ -84,7 +114,13 @@ Onsets find_onsets(std::span<const double> samples, double sample_rate, std::siz
   const auto later = std::upper_bound(onsets.samples.begin(), onsets.samples.end(),
                                       std::min(samples.size(), (loudest + 2) * frame));
   if (later == onsets.samples.begin()) {
-    onsets.samples.insert(later, slow_onset(samples, level, loudest, frame));
+    // In noise that hides the begin of a sound, its differences show less than its power.
+    const bool noisy =
+        loudest > 10 && core::median({level.begin(), level.begin() + static_cast<std::ptrdiff_t>(
+                                                                         loudest / 2 + 1)}) >
+                            0.1 * onset_fraction * level[loudest];
+    const auto in_noise = noisy ? onset_in_noise(samples, sample_rate) : std::nullopt;
+    onsets.samples.insert(later, in_noise ? *in_noise : slow_onset(samples, level, loudest, frame));
   } else {
     onsets.loudest = static_cast<std::size_t>(later - onsets.samples.begin()) - 1;
   }

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "eval/features/detail/strikes.hpp"
-#include "eval/strike_clip.hpp"
+#include "tests/eval/strike_clip.hpp"
 
 namespace carillon::eval {
 namespace {

@@ -18,7 +18,7 @@ constexpr std::size_t own_frames = 3;      ///< of a strike itself
 constexpr std::size_t around_burst = 2;    ///< frames on either side in which it begins
 constexpr double above_any = 6;            ///< of the frames before
 constexpr double above_median = 15;
-constexpr double below_largest = 1e-3;  ///< -30 dB
+constexpr double below_largest = 1e-4;  ///< -40 dB
 
 std::vector<double> frame_energies(std::span<const double> samples, std::size_t frame) {
   std::vector<double> energies(samples.size() / frame);
