@@ -206,6 +206,8 @@ SoundFile::SoundFile(const std::filesystem::path& path) {
     source.file.clear();
     return static_cast<sf_count_t>(source.file.tellg());
   };
+  source_.file.clear();
+  source_.file.seekg(0);
   // libsndfile finds some formats by the file's name, which it has of a path alone.
   *file_.put() = source_.changed.empty() ? sf_open(path.c_str(), SFM_READ, &info_)
                                          : sf_open_virtual(&io, SFM_READ, &info_, &source_);
