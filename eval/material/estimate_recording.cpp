@@ -87,9 +87,14 @@ HeardRecording listen(std::vector<double> samples, double sample_rate,
                       const EstimateArguments& arguments, const std::string& name) {
   HeardRecording recording;
   recording.samples = std::move(samples);
-  recording.set = features::extract_features(
-      recording.samples, sample_rate,
-      features::feature_options({.onset = arguments.onset, .rt60 = arguments.rt60}));
+  features::FeatureArguments how;
+  how.onset = arguments.onset;
+  how.rt60 = arguments.rt60;
+  // Weak partials have pitches, too, and what is no mode's finds none.
+  how.min_level = -60;
+  how.max_features = 300;
+  recording.set =
+      features::extract_features(recording.samples, sample_rate, features::feature_options(how));
   if (recording.set.features.empty()) {
     throw InputError(fmt::format("{}: no modes can be heard: {}", name, recording.set.nothing),
                      "a material is estimated from a struck object's ringing");

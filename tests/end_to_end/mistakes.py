@@ -171,7 +171,7 @@ OUTPUTS = (
     Row("modes in a file", "modes {long} -o text.txt/x.h5", ("text.txt is no folder",)),
     Row("an instrument", "export-faust {long} -o text.txt/x.dsp", ("text.txt is no folder",)),
     Row("a model", "export-gltf {long} --modes 3 -o /proc/x.glb", ("/proc/x.glb: cannot be written",)),
-    Row("an estimate", "estimate sound.wav {long} --at 0,0,5cm -o text.txt/x.wav", ("text.txt is no folder",)),
+    Row("an estimate", "estimate sound.wav {long} --at 0,0,5cm -o text.txt/x.wav --metric hybrid --poisson-ratio 0.2", ("text.txt is no folder",)),
     Row("a texture", "texture brick -o text.txt/x.png", ("text.txt is no folder",)),
     Row("a sample", "regenerate small --sample 0 -o folder", ("folder: cannot be written: it is a folder",)),
     Row("a preview", "preview small.yaml -o text.txt", ("text.txt: cannot be written: it is a file, and a folder is wanted",)),

@@ -55,20 +55,20 @@ Clipping find_clipping(std::span<const double> samples, std::size_t from, std::s
   return clipping;
 }
 
-std::optional<Gap> find_gap(std::span<const double> samples, std::size_t from, double sample_rate) {
+std::optional<std::size_t> find_gap(std::span<const double> samples, std::size_t from,
+                                    double sample_rate) {
   const auto enough =
       std::max<std::size_t>(16, static_cast<std::size_t>(missing_time * sample_rate));
   while (from + 1 < samples.size() && samples[from + 1] == samples[from]) ++from;
   const std::span<const double> sound = samples.subspan(std::min(from, samples.size()));
-  const double peak = core::peak(sound);
+  const double peak = core::peak(sound), step = smallest_step(sound);
   for (std::size_t n = 1; n < sound.size();) {
     std::size_t last = n + 1;
     while (last < sound.size() && sound[last] == sound[n]) ++last;
     if (last - n >= enough && std::abs(sound[n]) < 0.5 * peak) {
       const auto window = std::min(n, static_cast<std::size_t>(before_gap * sample_rate));
       const double there = core::peak(sound.subspan(n - window, window));
-      return Gap{from + n, there > share_of_a_sound * peak &&
-                               there > steps_of_a_sound * smallest_step(sound)};
+      if (there > share_of_a_sound * peak && there > steps_of_a_sound * step) return from + n;
     }
     n = last;
   }
