@@ -55,8 +55,8 @@ def spectrum_peaks(x, rate):
     padded = 8 * 2**int(np.ceil(np.log2(n)))
     power = 20 * np.log10(abs(np.fft.rfft((x - np.mean(x)) * window, padded)) + 1e-300)
     step = rate / padded
-    # Medians of blocks of 200 Hz, lines between them.
-    block = round(200 / step)
+    # Medians of blocks of 1 kHz, wider than lines are, and straight lines between them.
+    block = round(1000 / step)
     blocks = [np.median(power[k:k + block]) for k in range(0, len(power), block)]
     floor = np.interp(np.arange(len(power)), (np.arange(len(blocks)) + 0.5) * block, blocks)
     at = find_peaks(power)[0]

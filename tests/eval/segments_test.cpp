@@ -197,7 +197,8 @@ TEST(Segments, EndWhereSamplesAreMissing) {
   // Silence that is appended is no loss.
   samples = struck(std::vector<Hit>{{0.02, 1}}, 1.5);
   for (std::size_t n = 0; n < samples.size(); ++n) {
-    samples[n] = std::round(samples[n] * 32768 * std::min(1.0, std::exp(6 - 8 * seconds(n)))) / 32768;
+    samples[n] =
+        std::round(samples[n] * 32768 * std::min(1.0, std::exp(6 - 8 * seconds(n)))) / 32768;
   }
   segment = segment_of(samples);
   EXPECT_EQ(all_remarks(segment), "");

@@ -10,10 +10,10 @@ namespace carillon::eval::features {
 
 namespace {
 
-constexpr double min_steps = 100;        ///< of a converter, that a clipped value is large
-constexpr double missing_time = 0.001;   ///< [s]
-constexpr double before_gap = 0.005;     ///< in which a sound is there before samples are missing [s]
-constexpr double steps_of_a_sound = 16;  ///< of a converter: the last few are flat as well
+constexpr double min_steps = 100;       ///< of a converter, that a clipped value is large
+constexpr double missing_time = 0.001;  ///< [s]
+constexpr double before_gap = 0.005;  ///< in which a sound is there before samples are missing [s]
+constexpr double steps_of_a_sound = 16;    ///< of a converter: the last few are flat as well
 constexpr double share_of_a_sound = 1e-3;  ///< of its peak
 
 /// Smallest difference of two samples: one step of the converter, or less.

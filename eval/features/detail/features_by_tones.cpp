@@ -16,9 +16,9 @@ namespace carillon::eval::features {
 
 namespace {
 
-constexpr double slow_decay = 0.2;       ///< of a mode that is worth a word [1/s]
-constexpr double hum_decay = 4;          ///< of a hum while it is heard, at most: ln of a ratio
-constexpr double max_unheard = 2.3;      ///< ln of the ratio by which a mode decays before it is heard
+constexpr double slow_decay = 0.2;   ///< of a mode that is worth a word [1/s]
+constexpr double hum_decay = 4;      ///< of a hum while it is heard, at most: ln of a ratio
+constexpr double max_unheard = 2.3;  ///< ln of the ratio by which a mode decays before it is heard
 
 /// A tone of the segment as a feature of the sound from its onset on.
 Feature feature_of(const ToneFit& fit, std::size_t index, double sample_rate, double after_onset) {

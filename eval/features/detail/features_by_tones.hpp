@@ -17,8 +17,8 @@ struct SoundPart {
 inline constexpr double highest_frequency = 0.475;
 
 /// Adds modes, hums and remarks of a sound to a set: its damped sinusoids by find_tones(), less
-/// those that judge() finds to be no modes, those that cancel, and those that have lost 20 dB before
-/// the object rings by itself.
+/// those that judge() finds to be no modes, those that cancel, and those that have lost 20 dB
+/// before the object rings by itself.
 void features_by_tones(const SoundPart& part, double sample_rate, const FeatureOptions& options,
                        FeatureSet& set);
 

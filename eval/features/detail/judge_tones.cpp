@@ -74,8 +74,7 @@ ToneJudgement judge(const ToneFit& fit, std::size_t index, std::span<const doubl
       fit.noise[std::min(fit.noise.size() - 1, static_cast<std::size_t>(bin))] / count;
   const double variance = 2 * noise / (0.5 * (aa + bb));
   judgement.drift = std::sqrt(std::max(0.0, std::norm(change) - 2 * variance));
-  judgement.is_mode =
-      std::abs(change) < std::max(same_amplitude, errors * std::sqrt(variance));
+  judgement.is_mode = std::abs(change) < std::max(same_amplitude, errors * std::sqrt(variance));
   return judgement;
 }
 

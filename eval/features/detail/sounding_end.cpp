@@ -18,7 +18,7 @@ constexpr double min_length = 1;       ///< [s]
 constexpr double above_noise = 1.5;    ///< energy of a frame
 constexpr double line_above = 20;      ///< power over the noise's
 constexpr std::size_t times_audible = 4;
-constexpr double min_quiet = 0.1;      ///< [s]
+constexpr double min_quiet = 0.1;  ///< [s]
 
 /// Power spectrum by a Hann window in which a tone of amplitude 1 is a peak of 1.
 std::vector<double> powers_of(std::span<const double> samples) {

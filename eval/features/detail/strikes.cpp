@@ -78,8 +78,8 @@ std::vector<std::size_t> find_strikes(std::span<const double> samples, double sa
   for (std::size_t n = 1; n < samples.size(); ++n) steps[n] = samples[n] - samples[n - 1];
   const std::vector<double> loudness = frame_energies(steps, frame);
   if (loudness.empty()) return {};
-  const auto loudest = static_cast<std::size_t>(
-      std::max_element(loudness.begin(), loudness.end()) - loudness.begin());
+  const auto loudest = static_cast<std::size_t>(std::max_element(loudness.begin(), loudness.end()) -
+                                                loudness.begin());
   const std::size_t from = loudest * frame;
   const std::size_t to =
       std::min(samples.size(), from + static_cast<std::size_t>(predicted_from * sample_rate));
