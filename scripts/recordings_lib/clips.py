@@ -9,7 +9,6 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
-
 from recordings_lib import partials
 
 LINE = 2  # Hz, and two bins: what is so near to a partial is of its line
