@@ -44,12 +44,12 @@ class Clip:
         near = [feature for feature in self.features if abs(feature["frequency_hz"] - partial.frequency) <= line]
         return max(near, key=lambda feature: feature["amplitude"] / feature["decay_rate_per_s"], default=None)
 
-    def right_frequency(self, partial, feature):
-        return abs(feature["frequency_hz"] - partial.frequency) <= max(FREQUENCY, self.width)
+    def right_frequency(self, partial, frequency):
+        return abs(frequency - partial.frequency) <= max(FREQUENCY, self.width)
 
 
-def right_decay(partial, feature):
-    return abs(feature["decay_rate_per_s"] / partial.decay_rate - 1) <= DECAY
+def right_decay(partial, decay_rate):
+    return abs(decay_rate / partial.decay_rate - 1) <= DECAY
 
 
 def program():
@@ -108,9 +108,8 @@ def analyse(clip, table):
         rung = rung[:, :1]
     clip.partials, clip.width = partials.partials(rung, rate)
     x = rung[:, (rung**2).sum(axis=0).argmax()]
-    for partial in [partial for partial in clip.partials if partial.decay_rate is not None][:3]:
-        partial.harminv = partials.harminv(x, rate, partial.frequency)
     for partial, feature in clip.matches():
+        partial.harminv = partials.harminv(x, rate, partial.frequency)
         # Amplitudes of a feature are those of one channel.
-        if rung.shape[1] == 1 and not (feature and right_decay(partial, feature)):
+        if rung.shape[1] == 1 and not (feature and right_decay(partial, feature["decay_rate_per_s"])):
             partial.together = line_together(clip, partial, rate, len(x))

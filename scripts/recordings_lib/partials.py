@@ -1,5 +1,5 @@
-"""Strong isolated partials of a recording: peaks of a Fourier transform, decay rates by regression on the
-logarithm of the envelope in a narrow band, and harminv. Nothing of the program is in it."""
+"""Strong isolated partials of a recording: peaks of a Fourier transform, frequencies and decay rates by regression
+on the logarithm of a narrow band, and harminv. Nothing of the program is in it."""
 import csv
 import subprocess
 import warnings
@@ -92,7 +92,7 @@ def straight_part(x, rate, frequency, clear):
 
 
 def decay(x, rate, partial):
-    """Fills the decay rate of a partial: the logarithm of a damped sinusoid is a straight line, its envelope's
+    """Fills the decay rate of a partial and mends its frequency: the logarithm of a damped sinusoid is a straight line, its envelope's
     as its phase."""
     values = straight_part(x, rate, partial.frequency, partial.clear)
     partial.decay_rate, partial.why = None, "no 6 dB of decay above the noise"
@@ -115,6 +115,7 @@ def decay(x, rate, partial):
     if np.var(left[1]) > (1 - STRAIGHT) * np.var(logs):
         return
     partial.decay_rate, partial.why = -slope, ""
+    partial.frequency += lines[1][0] / (2 * np.pi)
 
 
 def loud_part(x, rate):

@@ -45,22 +45,34 @@ def of_clip(clip):
             f"{clip.seconds:.2f} | {remarks} |")
 
 
+def right(clip, partial, feature):
+    """Whether frequency and decay rate are."""
+    return (clip.right_frequency(partial, feature["frequency_hz"]),
+            right_decay(partial, feature["decay_rate_per_s"]))
+
+
 def totals(clips):
     """(what, how many, of how many) of the three conditions."""
     matches = [(clip, partial, feature) for clip in clips for partial, feature in clip.matches()]
-    found = [match for match in matches if match[2]]
-    frequency = [match for match in found if match[0].right_frequency(*match[1:])]
-    decay = [match for match in found if right_decay(*match[1:])]
-    return [(f"found, within {LINE} Hz or two bins", len(found), len(matches)),
-            (f"frequency within {FREQUENCY} Hz or a bin", len(frequency), len(matches)),
-            (f"decay rate within {100 * DECAY:.0f} %", len(decay), len(matches))]
+    held = [right(*match) for match in matches if match[2]]
+    return [(f"found, within {LINE} Hz or two bins", len(held), len(matches)),
+            (f"frequency within {FREQUENCY} Hz or a bin", sum(f for f, _ in held), len(matches)),
+            (f"decay rate within {100 * DECAY:.0f} %", sum(d for _, d in held), len(matches))]
+
+
+def of_harminv(clips):
+    """The same of harminv where it finds a partial: how well the regression itself is known."""
+    given = [(clip, partial) for clip in clips for partial, _ in clip.matches() if partial.harminv]
+    frequency = sum(clip.right_frequency(partial, partial.harminv[0]) for clip, partial in given)
+    decay = sum(right_decay(partial, partial.harminv[1]) for _, partial in given)
+    return [("harminv: frequency", frequency, len(given)), ("harminv: decay rate", decay, len(given))]
 
 
 def differences(clips):
     rows = []
     for clip in clips:
         for partial, feature in clip.matches():
-            if feature and clip.right_frequency(partial, feature) and right_decay(partial, feature):
+            if feature and all(right(clip, partial, feature)):
                 continue
             its = (f"{feature['frequency_hz']:.2f} / {feature['decay_rate_per_s']:.1f} "
                    f"+- {feature['decay_rate_error_per_s']:.1f}" if feature else "none")
@@ -102,7 +114,8 @@ def dampings(clips, folder):
 def page(clips, folder):
     """All of the tables."""
     lines = ["| isolated strong partials | | |", "|---|---|---|"]
-    lines += [f"| {what} | {count} of {of} | {100 * count / max(of, 1):.0f} % |" for what, count, of in totals(clips)]
+    lines += [f"| {what} | {count} of {of} | {100 * count / max(of, 1):.0f} % |" for what, count, of in
+              totals(clips) + of_harminv(clips)]
     seconds = [clip.seconds for clip in clips]
     reasons = {}
     for clip in clips:
