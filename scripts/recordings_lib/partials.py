@@ -158,11 +158,11 @@ def partials(channels, rate):
 
 
 def harminv(x, rate, frequency):
-    """f and d of the loudest in 20 Hz about a frequency, by filter diagonalisation; None if there is
+    """f and d of the loudest at a frequency, in a band of 100 Hz, by filter diagonalisation; None if there is
     none."""
     part = x[:round(0.5 * rate)]
     text = "\n".join(f"{sample:.9g}" for sample in part / np.max(abs(part)))
-    answer = subprocess.run(["harminv", "-t", repr(1 / rate), f"{frequency - 20:.3f}-{frequency + 20:.3f}"],
+    answer = subprocess.run(["harminv", "-t", repr(1 / rate), f"{frequency - 50:.3f}-{frequency + 50:.3f}"],
                             input=text, capture_output=True, text=True, timeout=600)
     rows = [(float(row["frequency"]), float(row["decay constant"]), float(row["amplitude"]))
             for row in csv.DictReader(answer.stdout.splitlines(), skipinitialspace=True)]
