@@ -79,6 +79,7 @@ SoundPart part_of(std::span<const double> samples, const Segment& segment, doubl
     part.samples = rest.first(largest_fft_size(sounding_end(rest, part.quiet, sample_rate)));
   }
   part.after_onset = static_cast<double>(segment.begin - segment.onset);
+  part.unheard = part.after_onset;
   return part;
 }
 
@@ -131,8 +132,9 @@ FeatureSet extract_features(std::span<const double> samples, double sample_rate,
     if (!in_room || options.keep_reverberant) features_by_tones(part, sample_rate, options, set);
     if (in_room) {
       const Segment late = late_segment(segment, sample_rate, options);
-      const auto modes =
-          modes_after_room(part_of(samples, late, sample_rate, options), sample_rate, options, set);
+      SoundPart late_part = part_of(samples, late, sample_rate, options);
+      late_part.unheard = part.unheard;
+      const auto modes = modes_after_room(late_part, sample_rate, options, set);
       if (!options.keep_reverberant) set.begin = static_cast<double>(late.begin) / sample_rate;
       set.features = replaced_by(modes, std::move(set.features), options.rt60);
     }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/numbers.hpp"
 #include "eval/features/detail/damage.hpp"
@@ -66,10 +67,10 @@ std::size_t slow_onset(std::span<const double> samples, const std::vector<double
   return from;
 }
 
-/// Where the power of a sound in noise rises to twice what it was, before its loudest 20 ms; none
-/// where it does not.
+/// Where the power of a sound in steady noise rises to twice what it was, before its loudest 20 ms;
+/// none where it does not, or where what comes before is not steady within a factor of 2.
 std::optional<std::size_t> onset_in_noise(std::span<const double> samples, double sample_rate) {
-  constexpr double before_loudest = 0.3, loud = 0.02, min_rise = 2;
+  constexpr double before_loudest = 0.3, loud = 0.02, min_rise = 2, steady = 2;
   const auto length = static_cast<std::size_t>(loud * sample_rate);
   if (samples.size() < 2 * length || length == 0) return std::nullopt;
   double energy = 0, largest = 0;
@@ -91,8 +92,16 @@ std::optional<std::size_t> onset_in_noise(std::span<const double> samples, doubl
     for (const double sample : of) sum += sample * sample;
     return of.empty() ? 0 : sum / static_cast<double>(of.size());
   };
-  const double before = power(part.first(change));
-  if (change == 0 || power(part.subspan(change)) < min_rise * before) return std::nullopt;
+  const std::size_t quarter = change / 4;
+  if (quarter == 0) return std::nullopt;
+  double before = 0, quietest = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < 4; ++k) {
+    const double here = power(part.subspan(k * quarter, quarter));
+    before = std::max(before, here);
+    quietest = std::min(quietest, here);
+  }
+  if (before > steady * quietest) return std::nullopt;
+  if (power(part.subspan(change)) < min_rise * before) return std::nullopt;
   return from + change;
 }
 

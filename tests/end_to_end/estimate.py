@@ -203,7 +203,8 @@ class RealBowl(FolderTest):
             self.assertLess(low, 2.8e7)
             self.assertGreater(high, 2.8e7)
             self.assertLess(high / low, 1.06)
-            # Damping: of the six partials that are known of this bowl, the strongest feature near each.
+            # Damping: of the six partials that are known of this bowl, the strongest feature near each
+            # (the third is 23 dB below a burst beside it in microphone 3, and not found there).
             # Rayleigh's law is not the bowl's, and they end at 13.4 kHz where the matches end at
             # 19.6: the intervals are to overlap.
             features = run_json("features", recording, "--min-level", "-60")["features"]
@@ -212,6 +213,9 @@ class RealBowl(FolderTest):
                 file.write("frequency_hz,decay_rate_per_s\n")
                 for partial in self.PARTIALS:
                     near = [one for one in features if abs(one["frequency_hz"] / partial - 1) < 0.006]
+                    if not near:
+                        self.assertEqual((microphone, partial), ("mic3", 7361))
+                        continue
                     one = max(near, key=lambda feature: feature["snr_db"])
                     file.write(f"{one['frequency_hz']},{one['decay_rate_per_s']}\n")
             fitted = run_json("fit", "--features", table, "--estimator", "least_squares")["parameters"]

@@ -152,7 +152,7 @@ Steadiness steadiness_of(const Feature& feature, const SoundPart& part, double s
 /// Whether little of a tone is left when the object rings by itself: a burst of the strike, or part
 /// of one.
 bool is_extrapolated(const Tone& tone, const SoundPart& part) {
-  return -tone.rate.real() * part.after_onset > max_unheard;
+  return -tone.rate.real() * part.unheard > max_unheard;
 }
 
 /// What is left of a sound without the tones of a fit.
@@ -169,7 +169,7 @@ std::size_t leave_out_doubtful(ToneFit& fit, std::span<const double> samples) {
   std::size_t left_out = 0;
   for (int round = 0; round < max_rounds; ++round) {
     const std::vector<double> residual = residual_of(fit, samples);
-    std::vector<std::size_t> doubtful = cancelling(fit);
+    std::vector<std::size_t> doubtful = indistinct(fit);
     for (std::size_t k = 0; k < fit.tones.size(); ++k) {
       if (!judge(fit, k, residual).is_mode) doubtful.push_back(k);
     }

@@ -78,31 +78,24 @@ ToneJudgement judge(const ToneFit& fit, std::size_t index, std::span<const doubl
   return judgement;
 }
 
-std::vector<std::size_t> cancelling(const ToneFit& fit) {
-  constexpr double share = 0.05, max_error = 1;
-  const std::size_t count = fit.grid->count();
-  const auto length = static_cast<double>(count);
-  std::vector<std::size_t> weaker;
-  for (std::size_t i = 0; i < fit.tones.size(); ++i) {
-    const Tone& a = fit.tones[i];
-    for (std::size_t k = i + 1; k < fit.tones.size(); ++k) {
-      const Tone& b = fit.tones[k];
-      const double line = 1 / length + std::abs(a.rate.real()) + std::abs(b.rate.real());
-      if (std::abs(a.rate.imag() - b.rate.imag()) > line) continue;
-      const double first = energy(a, count), second = energy(b, count);
-      if (first + second + 2 * product(a, b, count) > share * (first + second)) continue;
-      const std::size_t weak = first < second ? i : k;
-      const ToneErrors errors = errors_of(fit, weak);
-      if (std::sqrt(errors.misfit) * errors.amplitude_real <
-          max_error * std::abs(fit.tones[weak].amplitude)) {
-        continue;  // a beat that begins faint
-      }
-      weaker.push_back(weak);
+std::vector<std::size_t> indistinct(const ToneFit& fit) {
+  const auto length = static_cast<double>(fit.grid->count());
+  std::vector<std::size_t> found;
+  for (std::size_t k = 0; k < fit.tones.size(); ++k) {
+    const Tone& tone = fit.tones[k];
+    const double own = energy(tone, fit.grid->count());
+    const bool beside = std::any_of(fit.tones.begin(), fit.tones.end(), [&](const Tone& other) {
+      const double line = 1 / length + std::abs(other.rate.real()) + std::abs(tone.rate.real());
+      return &other != &tone && std::abs(other.rate.imag() - tone.rate.imag()) < line &&
+             energy(other, fit.grid->count()) >= own;
+    });
+    if (!beside) continue;
+    const ToneErrors errors = errors_of(fit, k);
+    if (std::sqrt(errors.misfit) * errors.amplitude_real > std::abs(tone.amplitude)) {
+      found.push_back(k);
     }
   }
-  std::sort(weaker.begin(), weaker.end());
-  weaker.erase(std::unique(weaker.begin(), weaker.end()), weaker.end());
-  return weaker;
+  return found;
 }
 
 std::vector<bool> depending_on(const ToneFit& fit, std::vector<bool> left_out) {

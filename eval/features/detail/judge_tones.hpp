@@ -22,10 +22,9 @@ struct ToneJudgement {
 /// @param residual  of the signal, less all tones of the fit
 ToneJudgement judge(const ToneFit& fit, std::size_t tone, std::span<const double> residual);
 
-/// The weaker ones of pairs within one line whose sum has less than 5 % of their energy, and whose
-/// amplitudes are not known from nothing: as large as they like to be, they describe one tone that
-/// is not quite exponential.
-std::vector<std::size_t> cancelling(const ToneFit& fit);
+/// Tones beside a stronger one in the same line whose amplitude is not known from nothing: the two
+/// are one, or describe one that is not quite exponential.
+std::vector<std::size_t> indistinct(const ToneFit& fit);
 
 /// Adds to the tones that are left out those of which half or more is what others of them take
 /// away again.

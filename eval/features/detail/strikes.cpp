@@ -18,7 +18,8 @@ constexpr std::size_t own_frames = 3;      ///< of a strike itself
 constexpr std::size_t around_burst = 2;    ///< frames on either side in which it begins
 constexpr double above_any = 6;            ///< of the frames before
 constexpr double above_median = 15;
-constexpr double below_largest = 1e-4;  ///< -40 dB
+/// Of the largest: -30 dB before it, where people talk and codecs smear, and -40 dB after it.
+constexpr double below_before = 1e-3, below_after = 1e-4;
 
 std::vector<double> frame_energies(std::span<const double> samples, std::size_t frame) {
   std::vector<double> energies(samples.size() / frame);
@@ -101,7 +102,8 @@ std::vector<std::size_t> find_strikes(std::span<const double> samples, double sa
     const std::size_t begin = std::max(first, k > frames_before ? k - frames_before : 0);
     if (begin >= k) continue;
     const double burst = std::max(error[k], k + 1 < error.size() ? error[k + 1] : 0);
-    if (!(burst > below_largest * largest) || error[k] < 0.05 * burst) continue;
+    const double below = k < loudest ? below_before : below_after;
+    if (!(burst > below * largest) || error[k] < 0.05 * burst) continue;
     before.assign(error.begin() + static_cast<std::ptrdiff_t>(begin),
                   error.begin() + static_cast<std::ptrdiff_t>(k));
     if (burst < above_any * *std::max_element(before.begin(), before.end())) continue;

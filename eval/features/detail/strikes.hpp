@@ -15,9 +15,9 @@ std::vector<double> prediction_error_filter(std::span<const double> samples, std
 /// What rings freely is a sum of damped sinusoids, and so predicted by the samples before it; what
 /// is struck anew is not. A strike is a burst of the prediction error (order 32, from the 0.4 s
 /// after the loudest millisecond): six times what the 25 ms before show at any place, since the
-/// strike before it, 15 times their median, and within 40 dB of the largest burst after the same
-/// strike; it begins where the power of the error changes. Two are told apart from 5 ms on. Lost
-/// samples are bursts, too.
+/// strike before it, 15 times their median, and within 30 dB of the largest before it, 40 dB after
+/// it burst after the same strike; it begins where the power of the error changes. Two are told
+/// apart from 5 ms on. Lost samples are bursts, too.
 ///
 /// A recording that begins at its strike or in it shows none there.
 ///
