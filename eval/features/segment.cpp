@@ -201,10 +201,12 @@ std::size_t choose_strike(const Onsets& onsets, std::optional<double> given, dou
 void leave_out_damage(std::span<const double> samples, double sample_rate, std::size_t struck,
                       Segment& segment) {
   if (const auto gap = find_gap(samples.subspan(0, segment.end), struck, sample_rate)) {
-    segment.remarks.push_back(
-        fmt::format("samples are missing from {} on: what comes after is left out",
-                    times({&*gap, 1}, sample_rate)));
-    segment.end = *gap;
+    if (gap->breaks_off) {
+      segment.remarks.push_back(
+          fmt::format("samples are missing from {} on: what comes after is left out",
+                      times({&gap->first, 1}, sample_rate)));
+    }
+    segment.end = gap->first;
   }
   const Clipping clipping = find_clipping(samples, segment.onset, segment.end);
   segment.clipped = clipping.count;

@@ -55,8 +55,7 @@ Clipping find_clipping(std::span<const double> samples, std::size_t from, std::s
   return clipping;
 }
 
-std::optional<std::size_t> find_gap(std::span<const double> samples, std::size_t from,
-                                    double sample_rate) {
+std::optional<Gap> find_gap(std::span<const double> samples, std::size_t from, double sample_rate) {
   const auto enough =
       std::max<std::size_t>(16, static_cast<std::size_t>(missing_time * sample_rate));
   while (from + 1 < samples.size() && samples[from + 1] == samples[from]) ++from;
@@ -68,7 +67,7 @@ std::optional<std::size_t> find_gap(std::span<const double> samples, std::size_t
     if (last - n >= enough && std::abs(sound[n]) < 0.5 * peak) {
       const auto window = std::min(n, static_cast<std::size_t>(before_gap * sample_rate));
       const double there = core::peak(sound.subspan(n - window, window));
-      if (there > share_of_a_sound * peak && there > steps_of_a_sound * step) return from + n;
+      return Gap{from + n, there > share_of_a_sound * peak && there > steps_of_a_sound * step};
     }
     n = last;
   }
