@@ -149,7 +149,8 @@ TEST(Features, DoubletsWithoutNoiseAreTwo) {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     TestRandom random(seed);
     std::vector<Partial> partials, apart;
-    for (double frequency = 700; frequency < 15000; frequency *= random.uniform(1.2, 1.4)) {
+    double frequency = 700;
+    while (frequency < 15000) {
       const double decay_rate = 2 + 2e-6 * frequency * frequency;
       const double split = 0.3 * std::pow(10, random.uniform(-2.5, 0));
       for (const double turn : {0.0, split * decay_rate}) {
@@ -158,6 +159,7 @@ TEST(Features, DoubletsWithoutNoiseAreTwo) {
              1000 / frequency * random.uniform(0.2, 1), random.uniform(0, 2 * std::numbers::pi)});
         if (split > 0.1) apart.push_back(partials.back());
       }
+      frequency *= random.uniform(1.2, 1.4);
     }
     const ClipShape shape{44100, 1, 0};
     features::FeatureOptions options;
