@@ -20,10 +20,7 @@ void append(std::vector<double>& all, const std::vector<double>& more) {
 }  // namespace
 
 double room_ceiling(std::span<const double> rt60, double frequency) {
-  constexpr double first_octave = 125;
-  const double octave = std::round(std::log2(frequency / first_octave));
-  const double last = static_cast<double>(rt60.size() - 1);
-  return 2 * std::log(1000.0) / rt60[static_cast<std::size_t>(std::clamp(octave, 0.0, last))];
+  return 2 * features::room_decay_rate(rt60, frequency);
 }
 
 DampingData damping_data(std::span<const features::Feature> features,

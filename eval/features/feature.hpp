@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <vector>
 
 namespace carillon::eval::features {
@@ -25,5 +26,10 @@ struct Feature {
 
 /// lambda = omega_n^2 = (2 pi f)^2 + d^2 [rad^2/s^2] (Sterling 2019, eq. 4.2).
 double eigenvalue(const Feature& feature);
+
+/// Decay rate of a room's sound [1/s]: ln(1000) / RT60 in the octave of a frequency.
+/// @param rt60  reverberation times by octave from 125 Hz on [s], the last one holds above; not
+///              empty; 0: does not reverberate
+double room_decay_rate(std::span<const double> rt60, double frequency);
 
 }  // namespace carillon::eval::features

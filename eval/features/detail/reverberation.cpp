@@ -8,7 +8,6 @@ namespace carillon::eval::features {
 
 namespace {
 
-constexpr double first_octave = 125;
 /// ln of power ratios: by what a mode stands out of the room, and above the noise when it does.
 const double above_room = 2.5 * std::numbers::ln10, above_noise = std::numbers::ln10;
 
@@ -34,12 +33,6 @@ bool stands_out(const Feature& feature, std::span<const Feature> all, const Late
 }
 
 }  // namespace
-
-double room_decay_rate(std::span<const double> rt60, double frequency) {
-  const double octave = std::round(std::log2(frequency / first_octave));
-  const double last = static_cast<double>(rt60.size() - 1);
-  return std::log(1000.0) / rt60[static_cast<std::size_t>(std::clamp(octave, 0.0, last))];
-}
 
 void mark_faster(std::span<const double> rt60, std::vector<Feature>& features) {
   for (Feature& feature : features) {

@@ -7,11 +7,6 @@
 
 namespace carillon::eval::features {
 
-/// Decay rate of a room's sound [1/s]: ln(1000) / RT60 in the octave of a frequency.
-/// @param rt60  reverberation times by octave from 125 Hz on [s], the last one holds above; not
-///              empty; 0: does not reverberate
-double room_decay_rate(std::span<const double> rt60, double frequency);
-
 /// Marks features that decay faster than the room as reverberant.
 void mark_faster(std::span<const double> rt60, std::vector<Feature>& features);
 
