@@ -12,6 +12,7 @@
 #include "core/units.hpp"
 #include "eval/damping/law_text.hpp"
 #include "eval/recorded_objects/impact_report.hpp"
+#include "eval/studies/picture.hpp"
 #include "mpi/comm.hpp"
 
 namespace carillon::cli {
@@ -24,12 +25,33 @@ struct ImpactOptions {
   std::string listener = "nearest";
   std::vector<std::int64_t> vertices;
   std::string radiation = "equivalent_sources";
-  std::string model = "rayleigh", estimator = "emg_relative";
+  std::string recordings;
+  std::string contact_time;
+  std::string metric = "pitches";
+  std::string model = "rayleigh", estimator;
   std::string sample_rate = "48 kHz", skip = "1 ms", stretch = "30,3000";
   bool no_fit = false;
   eval::recorded_objects::StudyOptions study;
   std::string output;
 };
+
+constexpr double longest_contact = 0.1;  // s
+
+/// The material of the object's name, where none is given.
+/// @throws InputError  its name says none
+void name_by_folder(ObjectOptions& object, const std::string& name, const Context& context) {
+  if (!object.material.empty()) return;
+  object.material = eval::recorded_objects::material_in_name(name);
+  if (object.material.empty()) {
+    throw core::InputError(
+        fmt::format("{}: the name does not say what the object is made of", name),
+        "add --material NAME (carillon list materials)");
+  }
+  if (context.speaks() && !context.json) {
+    fmt::print("material: {}, as the object's name has it; --material takes another\n",
+               object.material);
+  }
+}
 
 /// "FIRST,END", counted at 48 kHz, in samples of another rate [Hz].
 eval::recorded::Stretch parse_stretch(const std::string& text, double sample_rate) {
@@ -67,7 +89,18 @@ eval::recorded_objects::StudyOptions study_options(const ImpactOptions& options,
   study.stretch = parse_stretch(options.stretch, study.sample_rate);
   study.radiation = options.radiation != "off";
   study.law = eval::damping::damping_law(options.model);
-  study.estimator = eval::damping::estimator_named(options.estimator);
+  if (!options.estimator.empty()) {
+    study.estimator = eval::damping::estimator_named(options.estimator);
+  }
+  study.metric = options.metric == "hybrid" ? eval::recorded_objects::StudyMetric::hybrid
+                                            : eval::recorded_objects::StudyMetric::pitches;
+  if (!options.contact_time.empty()) {
+    study.contact_time =
+        option_quantity(options.contact_time, core::Dimension::time, "--contact-time");
+    if (!(*study.contact_time >= 0 && *study.contact_time <= longest_contact)) {
+      throw core::InputError("--contact-time must be 0 to 100 ms");
+    }
+  }
   study.min_frequency = band.min_frequency;
   study.max_frequency = std::min(band.max_frequency, 0.475 * study.sample_rate);
   return study;
@@ -81,9 +114,11 @@ void run_realimpact(const ImpactOptions& options, Context& context) {
   std::vector<eval::recorded_objects::RecordedStrike> rows;
   scene::ObjectRequest object;
   mpi::agreed(context.world, [&] {
-    folder = eval::recorded_objects::read_impact_folder(options.folder, options.mesh);
+    folder = eval::recorded_objects::read_impact_folder(options.folder, options.mesh,
+                                                        options.recordings);
     ObjectOptions named = options.object;
     named.mesh = folder->mesh.string();
+    name_by_folder(named, folder->name, context);
     object = object_request(named);
     how = study_options(options, object.solve.band);
     rows = eval::recorded_objects::choose_rows(*folder, choice, options.vertices);
@@ -94,7 +129,13 @@ void run_realimpact(const ImpactOptions& options, Context& context) {
   if (!context.speaks()) return;
   const eval::recorded_objects::ImpactReport report = eval::recorded_objects::study_object(
       *folder, rows, solved, how, !options.no_fit, context.cache);
-  if (!options.output.empty()) eval::recorded_objects::write_report(options.output, report);
+  if (!options.output.empty()) {
+    eval::recorded_objects::write_report(options.output, report);
+    const std::string none = eval::studies::draw_picture(
+        "plot_realimpact", std::filesystem::path(options.output) / "report.json");
+    if (!none.empty()) fmt::print(stderr, "carillon: {}\n", none);
+  }
+  if (report.fit && !report.fit->specific_modulus) context.exit_code = mpi::exit_failures;
   if (context.json) {
     fmt::print("{}\n", eval::recorded_objects::to_json(report).dump(2));
   } else {
@@ -116,6 +157,14 @@ void add_study_options(Command& command, ImpactOptions& options) {
               "point, as a contact microphone takes it")
       .one_of({"equivalent_sources", "off"})
       .show_default();
+  command.option("--recordings", options.recordings,
+                 "array of the folder that is compared (default: deconvolved_0db.npy, or "
+                 "sounds_0db.npy where that is missing); one whose name does not begin with "
+                 "\"deconvolved\" is as it was recorded: the touch and the contact time are those "
+                 "of hammer_newtons.npy or hammers.npy, else the onset is found");
+  command.option("--contact-time", options.contact_time,
+                 "of the hammer, as a raised cosine (default: its recorded force's; without one an "
+                 "ideal impulse)");
   command.flag("--no-fit", options.no_fit, "compare the material as given alone");
   command
       .option("--modulus-range", options.study.modulus_range,
@@ -124,13 +173,21 @@ void add_study_options(Command& command, ImpactOptions& options) {
       .range(1.01, 1000.0)
       .show_default();
   command
+      .option(
+          "--metric", options.metric,
+          "what the modulus is found by: pitches: frequencies alone, with an interval, wherever "
+          "levels come from; hybrid: the papers', spectrograms and match ratios")
+      .one_of({"pitches", "hybrid"})
+      .show_default();
+  command
       .option("--model", options.model,
               "damping that is fitted: rayleigh, caughey, power, hybrid, or a formula")
       .show_default();
-  command
-      .option("--estimator", options.estimator,
-              "of the damping: emg_relative, emg, least_squares or lower_bound")
-      .show_default();
+  command.option(
+      "--estimator", options.estimator,
+      "of the damping: mixture, emg, emg_relative, least_squares or lower_bound (default: "
+      "emg_relative from ten matched modes more than parameters on, else least squares of "
+      "the logarithms)");
   command
       .option("--peaks", options.study.peaks,
               "lowest modes, compared with as many of the highest peaks")
@@ -170,17 +227,18 @@ void add_realimpact(Program& program, Context& context) {
   // The folder has the mesh, and in metres.
   command.remove("mesh");
   command.remove("--length");
-  command.option_named("--material").required().show_default("");
+  command.option_named("--material").show_default("as the object's name has it");
   command.option("folder", options->folder, "of one object, as dataset/22_Cup").required();
   command.option("--mesh", options->mesh,
                  "solved in place of transformed.obj, in the same coordinates");
   add_study_options(command, *options);
   command.option("-o,--output", options->output,
-                 "folder for report.json, modes.csv, spectra.csv and sounds");
+                 "folder for report.json, modes.csv, spectra.csv, spectra.png and sounds");
   command.footer(
       "Examples:\n"
       "  carillon realimpact dataset/22_Cup -m ceramic\n"
-      "  carillon realimpact dataset/17_IronSkillet -m iron --listener angle=80,distance=333,mic=8 "
+      "  carillon realimpact dataset/17_IronSkillet --recordings sounds_0db.npy\n"
+      "  carillon realimpact dataset/17_IronSkillet --listener angle=80,distance=333,mic=8 "
       "-o skillet\n"
       "  carillon realimpact dataset/27_WoodPlate -m wood --no-fit --radiation off\n"
       "What is compared, and which levels mean something: docs/realimpact.md");

@@ -21,8 +21,6 @@ constexpr double gap = 0.02;
 constexpr double one_place = 0.95;
 /// Logarithm of the interval's ends: wider is no answer.
 constexpr double widest = 0.4;
-/// Points beside a law's parameters from which excess can be told from error.
-constexpr std::size_t points_for_excess = 10;
 
 /// Share of the posterior in the place around its median, places being parted by gaps.
 double share_in_one_place(const PitchPosterior& posterior) {
@@ -82,11 +80,8 @@ void fit_law(PitchEstimate& estimate, std::span<const features::Feature> heads,
                     data.size() == 1 ? "" : "s", law.parameters));
     return;
   }
-  const bool excess = data.size() >= law.parameters + points_for_excess;
   try {
-    estimate.damping =
-        excess ? damping::fit_damping(data, law, {.estimator = damping::Estimator::emg_relative})
-               : fit_relative(data, law);
+    estimate.damping = fit_matched(data, law);
   } catch (const core::InputError& error) {
     estimate.remarks.push_back("damping is not determined: " + error.message());
   }

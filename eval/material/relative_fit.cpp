@@ -20,6 +20,8 @@ constexpr double worst = 1e6;    // of the sum, where a law is not positive
 constexpr double farthest = 14;  // in logarithms or sizes: beyond, nothing bounds a parameter
 constexpr double tolerance = 1e-9;
 constexpr int max_evaluations = 2000;
+/// Points beside a law's parameters from which excess can be told from error.
+constexpr std::size_t points_for_excess = 10;
 /// Part of what a term usually is that counts as nothing.
 constexpr double nothing = 1e-5;
 
@@ -155,6 +157,11 @@ damping::DampingFit fit_relative(const damping::DampingData& data, const damping
                                 parameter(end_of(search, best.x, k, 1, limit))});
   }
   return fit;
+}
+
+damping::DampingFit fit_matched(const damping::DampingData& data, const damping::DampingLaw& law) {
+  if (data.size() < law.parameters + points_for_excess) return fit_relative(data, law);
+  return damping::fit_damping(data, law, {.estimator = damping::Estimator::emg_relative});
 }
 
 }  // namespace carillon::eval::material

@@ -10,4 +10,9 @@ namespace carillon::eval::material {
 /// @throws InputError  no more points than parameters; and as fit_damping(), which gives the start
 damping::DampingFit fit_relative(const damping::DampingData& data, const damping::DampingLaw& law);
 
+/// A damping law fitted to the decay rates of matched modes: fit_relative(), or with room for
+/// excess (Estimator::emg_relative) where ten points more than parameters can tell it from error.
+/// @throws InputError  as those
+damping::DampingFit fit_matched(const damping::DampingData& data, const damping::DampingLaw& law);
+
 }  // namespace carillon::eval::material

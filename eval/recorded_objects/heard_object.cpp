@@ -83,7 +83,7 @@ std::vector<double> synthetic_recording(const HeardObject& object,
   const synth::modal::Strike strike{.point = strikes[number].point,
                                     .direction = strikes[number].direction,
                                     .impulse = 1,
-                                    .force = {}};
+                                    .force = {.duration = strikes[number].contact_time}};
   synth::modal::RingDown rings =
       synth::modal::ring_down(object.modes, decay.values, strike, readout);
   synth::modal::leave_out(rings, decay.negative);

@@ -12,12 +12,13 @@
 
 namespace carillon::eval::recorded_objects {
 
-/// A strike as the model makes it: an ideal impulse of 1 N s into the surface, which a recording
-/// that was deconvolved by the hammer's force is the answer to.
+/// A strike as the model makes it: 1 N s into the surface. Of an ideal impulse a recording that was
+/// deconvolved by the hammer's force is the answer.
 struct ModelStrike {
   synth::modal::SurfacePoint point;
   Vec3 direction;                   ///< inward along the normal
   synth::modal::Listener listener;  ///< [m], in the object's coordinates
+  double contact_time = 0;          ///< of a raised cosine [s]; 0: an ideal impulse
 };
 
 /// An object of one specific modulus as the microphones of some strikes hear it.
@@ -51,7 +52,7 @@ material::StruckModes struck_by(const HeardObject& object, const std::vector<Mod
 double arrival(const HeardObject& object, const std::vector<ModelStrike>& strikes,
                std::size_t number);
 
-/// The model's own recording of a strike, sample 0 at the impulse [Pa per N s, or m/s^2 per N s].
+/// The model's own recording of a strike, sample 0 when it begins [Pa per N s, or m/s^2 per N s].
 std::vector<double> synthetic_recording(const HeardObject& object,
                                         const std::vector<ModelStrike>& strikes, std::size_t number,
                                         const synth::damping::DampingModel& damping,

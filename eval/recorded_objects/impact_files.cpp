@@ -63,26 +63,39 @@ struct ModelClips {
   std::vector<double> given, fitted;
 };
 
-ModelClips model_clips(const ImpactReport& report, std::size_t strike, std::size_t count) {
-  const double rate = report.options.sample_rate;
+/// @param lead  silence before the hammer touches [samples]
+/// @param gain  recording's unit per synthetic unit; NaN where nothing matched: 1
+std::vector<double> model_clip(const ImpactReport& report, std::size_t strike,
+                               const HeardObject& object,
+                               const synth::damping::DampingModel& damping, double gain,
+                               std::size_t lead, std::size_t count) {
+  std::vector<double> clip(std::min(lead, count), 0.0);
+  for (const double sample : synthetic_recording(object, report.model, strike, damping,
+                                                 report.options.sample_rate, count - clip.size())) {
+    clip.push_back(sample * (std::isfinite(gain) ? gain : 1));
+  }
+  return clip;
+}
+
+/// @param lead, count  as model_clip()
+ModelClips model_clips(const ImpactReport& report, std::size_t strike, std::size_t lead,
+                       std::size_t count) {
   ModelClips clips;
-  clips.given =
-      synthetic_recording(report.given, report.model, strike, report.material.damping, rate, count);
-  for (double& sample : clips.given) sample *= report.variants.front().modes.gain;
-  if (!report.fit) return clips;
-  clips.fitted =
-      synthetic_recording(*report.fitted, report.model, strike, report.fit->damping, rate, count);
-  for (double& sample : clips.fitted) sample *= report.variants.back().modes.gain;
+  clips.given = model_clip(report, strike, report.given, report.material.damping,
+                           report.variants.front().modes.gain, lead, count);
+  if (!report.fitted) return clips;
+  clips.fitted = model_clip(report, strike, *report.fitted, report.fit->damping,
+                            report.variants.back().modes.gain, lead, count);
   return clips;
 }
 
 std::string spectra_csv(const ImpactReport& report) {
   std::vector<std::string> cells = {"vertex", "row", "frequency_hz", "recorded_db", "as_given_db"};
-  if (report.fit) cells.push_back("fitted_db");
+  if (report.fitted) cells.push_back("fitted_db");
   std::string text = core::csv_line(cells);
   for (std::size_t i = 0; i < report.strikes.size(); ++i) {
     const recorded::WindowSpectrum& recorded = report.strikes[i].spectrum;
-    const ModelClips clips = model_clips(report, i, report.options.stretch.end);
+    const ModelClips clips = model_clips(report, i, 0, report.options.stretch.end);
     const auto spectrum = [&](const std::vector<double>& clip) {
       return recorded::window_spectrum(clip, report.options.sample_rate, report.options.stretch);
     };
@@ -95,7 +108,7 @@ std::string spectra_csv(const ImpactReport& report) {
                std::to_string(report.strikes[i].recorded.row),
                fmt::format("{:.3f}", static_cast<double>(bin) * recorded.bin_width),
                level(recorded), level(given)};
-      if (report.fit) cells.push_back(level(fitted));
+      if (report.fitted) cells.push_back(level(fitted));
       text += core::csv_line(cells);
     }
   }
@@ -116,7 +129,9 @@ void write_clips(const std::filesystem::path& folder, const ImpactReport& report
   std::vector<ModelClips> made;
   for (std::size_t i = 0; i < report.strikes.size(); ++i) {
     const StudiedStrike& strike = report.strikes[i];
-    made.push_back(model_clips(report, i, strike.samples.size()));
+    const double lead = strike.touch * report.options.sample_rate;
+    made.push_back(
+        model_clips(report, i, static_cast<std::size_t>(std::lround(lead)), strike.samples.size()));
     peak = std::max(peak, core::peak(strike.samples));
   }
   const double gain = 0.5 / peak;
@@ -127,7 +142,7 @@ void write_clips(const std::filesystem::path& folder, const ImpactReport& report
     };
     const double rate = report.options.sample_rate;
     write_clip(path("recorded"), strike.samples, gain, rate);
-    if (report.fit) {
+    if (report.fitted) {
       write_clip(path("fitted"), made[i].fitted, gain, rate);
     } else {
       write_clip(path("as-given"), made[i].given, gain, rate);

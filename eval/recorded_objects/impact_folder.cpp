@@ -4,11 +4,13 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
-#include <map>
+#include <set>
 
 #include "core/error.hpp"
 #include "solvers/mesh/readers/read_mesh.hpp"
+#include "synth/material/material.hpp"
 
 namespace carillon::eval::recorded_objects {
 
@@ -17,24 +19,83 @@ namespace {
 using core::InputError;
 namespace fs = std::filesystem;
 
-constexpr const char* recordings_name = "deconvolved_0db.npy";
+constexpr const char* deconvolved_name = "deconvolved_0db.npy";
+constexpr const char* recorded_name = "sounds_0db.npy";
 constexpr const char* mesh_name = "transformed.obj";
 /// How far a vertex of the mesh may lie from where the folder says it is, as a fraction of the
 /// object's longest side.
 constexpr double elsewhere = 0.02;
 
-/// The folder that holds the arrays.
-fs::path folder_of_arrays(const fs::path& folder) {
+/// The array of recordings of an object's folder.
+/// @param name  of the array; "": the dataset's own
+fs::path find_recordings(const fs::path& folder, const std::string& name) {
   if (!fs::is_directory(folder)) {
     throw core::FileError(fmt::format("{}: no such folder", folder.string()),
                           "give the folder of one object, such as dataset/22_Cup");
   }
-  for (const fs::path& place : {folder, folder / "preprocessed"}) {
-    if (fs::exists(place / recordings_name)) return place;
+  const std::vector<std::string> names =
+      name.empty() ? std::vector<std::string>{deconvolved_name, recorded_name}
+                   : std::vector<std::string>{name};
+  for (const std::string& one : names) {
+    for (const fs::path& place : {folder, folder / "preprocessed"}) {
+      if (fs::exists(place / one)) return place / one;
+    }
   }
   throw core::FileError(
-      fmt::format("{}: there is no {}, here or in preprocessed/", folder.string(), recordings_name),
-      "give the folder of one object as the dataset's download.sh unpacks it");
+      fmt::format("{}: there is no {}, here or in preprocessed/", folder.string(), names.front()),
+      "give the folder of one object as the dataset's download.sh unpacks it; --recordings names "
+      "another array");
+}
+
+/// Forces of recordings as they were made, where the folder has them.
+std::optional<core::NpyFile> find_forces(const fs::path& place, const core::NpyFile& recordings) {
+  for (const char* name : {"hammer_newtons.npy", "hammers.npy"}) {
+    const fs::path path = place / name;
+    if (!fs::exists(path)) continue;
+    core::NpyFile forces(path);
+    if (forces.extent().size() != 2 || forces.rows() == 0 || forces.row_size() == 0 ||
+        recordings.rows() % forces.rows() != 0) {
+      throw InputError(
+          fmt::format("{}: an array of {}, where {} has {} rows", path.string(),
+                      fmt::join(forces.extent(), " x "), recordings.path().filename().string(),
+                      recordings.rows()),
+          "one row of force for each recording is expected, or for so many in turn as were made of "
+          "one strike");
+    }
+    return forces;
+  }
+  return std::nullopt;
+}
+
+/// Of an object's folder, whichever way it was named.
+std::string object_name(const fs::path& place) {
+  fs::path whole = fs::weakly_canonical(fs::absolute(place));
+  if (whole.filename() == "preprocessed") whole = whole.parent_path();
+  return whole.filename().string();
+}
+
+std::vector<double> read_row(const core::NpyFile& file, std::size_t row) {
+  std::vector<double> samples = file.read_rows(row, 1);
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    if (std::isfinite(samples[i])) continue;
+    throw InputError(
+        fmt::format("{}: sample {} of row {} is not finite", file.path().string(), i, row));
+  }
+  return samples;
+}
+
+/// Words of a name: letters of one case after another, IronSkillet as iron and skillet.
+std::vector<std::string> words_of(const std::string& name) {
+  std::vector<std::string> words(1);
+  bool lower = false;
+  for (const char letter : name) {
+    const auto code = static_cast<unsigned char>(letter);
+    if (std::isalpha(code) == 0 || (std::isupper(code) != 0 && lower)) words.emplace_back();
+    lower = std::islower(code) != 0;
+    if (std::isalpha(code) != 0) words.back() += static_cast<char>(std::tolower(code));
+  }
+  std::erase(words, "");
+  return words;
 }
 
 core::NpyFile open_array(const fs::path& path) {
@@ -55,9 +116,9 @@ std::vector<double> read_columns(const fs::path& path, std::uint64_t rows, std::
                                  path.string(), fmt::join(file.extent(), " x "), columns));
   }
   if (file.rows() != rows) {
-    throw InputError(fmt::format("{}: {} rows, but {} has {}", path.string(), file.rows(),
-                                 recordings_name, rows),
-                     "all arrays of an object have one row for each recording");
+    throw InputError(
+        fmt::format("{}: {} rows, but there are {} recordings", path.string(), file.rows(), rows),
+        "all arrays of an object have one row for each recording");
   }
   return file.read_rows(0, rows);
 }
@@ -111,11 +172,16 @@ void check_struck(const ImpactFolder& folder, const solvers::mesh::SurfaceMesh& 
 
 }  // namespace
 
-ImpactFolder read_impact_folder(const fs::path& folder, const std::string& mesh) {
-  const fs::path place = folder_of_arrays(folder);
-  ImpactFolder read{.mesh = mesh.empty() ? place / mesh_name : fs::path(mesh),
+ImpactFolder read_impact_folder(const fs::path& folder, const std::string& mesh,
+                                const std::string& recordings) {
+  const fs::path array = find_recordings(folder, recordings);
+  const fs::path place = array.parent_path();
+  ImpactFolder read{.name = object_name(place),
+                    .mesh = mesh.empty() ? place / mesh_name : fs::path(mesh),
                     .centre = Vec3::Zero(),
-                    .recordings = open_array(place / recordings_name),
+                    .recordings = core::NpyFile(array),
+                    .deconvolved = array.filename().string().starts_with("deconvolved"),
+                    .forces = {},
                     .vertices = {},
                     .struck = {},
                     .listeners = {},
@@ -125,9 +191,9 @@ ImpactFolder read_impact_folder(const fs::path& folder, const std::string& mesh)
   if (read.recordings.extent().size() != 2 || read.recordings.rows() == 0 ||
       read.recordings.row_size() == 0) {
     throw InputError(fmt::format("{}: an array of {}, where recordings x samples is expected",
-                                 (place / recordings_name).string(),
-                                 fmt::join(read.recordings.extent(), " x ")));
+                                 array.string(), fmt::join(read.recordings.extent(), " x ")));
   }
+  if (!read.deconvolved) read.forces = find_forces(place, read.recordings);
   if (!fs::exists(place / mesh_name)) {
     throw core::FileError(fmt::format("{}: no such file", (place / mesh_name).string()),
                           "vertexID.npy counts its vertices; --mesh gives another one to solve");
@@ -149,13 +215,25 @@ ImpactFolder read_impact_folder(const fs::path& folder, const std::string& mesh)
 }
 
 std::vector<double> read_recording(const ImpactFolder& folder, std::size_t row) {
-  std::vector<double> samples = folder.recordings.read_rows(row, 1);
-  for (std::size_t i = 0; i < samples.size(); ++i) {
-    if (std::isfinite(samples[i])) continue;
-    throw InputError(fmt::format("{}: sample {} of row {} is not finite",
-                                 folder.recordings.path().string(), i, row));
+  return read_row(folder.recordings, row);
+}
+
+std::vector<double> read_force(const ImpactFolder& folder, std::size_t row) {
+  if (!folder.forces) return {};
+  return read_row(*folder.forces, row / (folder.rows() / folder.forces->rows()));
+}
+
+std::string material_in_name(const std::string& name) {
+  constexpr std::size_t shortest = 4;  // of a pet's bowl and a tin opener nothing is said
+  std::set<std::string> found;
+  for (const std::string& word : words_of(name)) {
+    if (word.size() < shortest) continue;
+    if (word == "metal") found.insert("steel");
+    for (const synth::material::Material& preset : synth::material::preset_materials()) {
+      if (preset.name == word) found.insert(word);
+    }
   }
-  return samples;
+  return found.size() == 1 ? *found.begin() : "";
 }
 
 }  // namespace carillon::eval::recorded_objects

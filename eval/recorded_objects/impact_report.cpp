@@ -82,6 +82,8 @@ json vertex_json(const ImpactReport& report, std::size_t strike) {
                  {"struck_m", list(report.folder.struck[row])},
                  {"direction", list(report.model[strike].direction)},
                  {"listener_m", list(report.folder.listeners[row])},
+                 {"touch_s", studied.touch},
+                 {"contact_time_s", report.model[strike].contact_time},
                  {"onset_s", studied.set.onset},
                  {"recorded_modes", studied.set.features.size()},
                  {"energy_explained", studied.set.explained},
@@ -110,24 +112,36 @@ json variant_json(const ModelVariant& variant) {
 
 json fit_json(const ImpactReport& report) {
   const StudyFit& fit = *report.fit;
-  const double density = report.material.elastic.density;
   json alone = json::array();
-  for (const auto& one : fit.joint.alone) {
-    alone.push_back(one ? json(one->candidate.specific_modulus) : json(nullptr));
+  for (const auto& one : fit.alone) alone.push_back(one ? json(*one) : json(nullptr));
+  json out = {{"metric", fit.joint ? "hybrid" : "pitches"},
+              {"undetermined", fit.undetermined},
+              {"specific_modulus_of_each_vertex", alone},
+              {"log_likelihood_as_given", fit.log_likelihood_given},
+              {"remarks", fit.remarks}};
+  if (!fit.specific_modulus) {
+    out["specific_modulus_m2_per_s2"] = nullptr;
+    return out;
   }
-  return {
-      {"specific_modulus_m2_per_s2", report.fitted->specific_modulus},
-      {"specific_modulus_ratio", report.fitted->specific_modulus / report.given.specific_modulus},
-      {"youngs_modulus_pa", report.fitted->specific_modulus * density},
-      {"density_kg_m3", density},
-      {"specific_modulus_of_each_vertex", alone},
-      {"model", synth::damping::formula_of(fit.damping)},
-      {"parameters", damping::alphas_json(fit.damping, fit.confidence95)},
-      {"damping_points", fit.points},
-      {"joint_model", synth::damping::formula_of(fit.joint.candidate.damping)},
-      {"metric", fit.joint.metric},
-      {"evaluations", fit.joint.evaluations},
-      {"remarks", fit.remarks}};
+  const double density = report.material.elastic.density;
+  out["specific_modulus_m2_per_s2"] = *fit.specific_modulus;
+  if (fit.modulus95) {
+    out["specific_modulus_95_m2_per_s2"] = {fit.modulus95->low, fit.modulus95->high};
+  }
+  out["specific_modulus_ratio"] = *fit.specific_modulus / report.given.specific_modulus;
+  out["youngs_modulus_pa"] = *fit.specific_modulus * density;
+  out["density_kg_m3"] = density;
+  out["poisson_ratio"] = report.material.elastic.poisson_ratio;
+  out["log_likelihood"] = fit.log_likelihood;
+  out["model"] = synth::damping::formula_of(fit.damping);
+  out["parameters"] = damping::alphas_json(fit.damping, fit.confidence95);
+  out["damping_points"] = fit.points;
+  if (fit.joint) {
+    out["joint_model"] = synth::damping::formula_of(fit.joint->candidate.damping);
+    out["hybrid_metric"] = fit.joint->metric;
+    out["evaluations"] = fit.joint->evaluations;
+  }
+  return out;
 }
 
 }  // namespace
@@ -141,7 +155,10 @@ std::vector<double> levels_of(const perception::ModeComparison& modes) {
 }
 
 json to_json(const ImpactReport& report) {
-  json out = {{"mesh", report.folder.mesh.string()},
+  json out = {{"object", report.folder.name},
+              {"mesh", report.folder.mesh.string()},
+              {"material", report.material.name},
+              {"deconvolved", report.folder.deconvolved},
               {"recordings", report.folder.rows()},
               {"samples", report.folder.samples()},
               {"sample_rate_hz", report.options.sample_rate},

@@ -21,7 +21,7 @@ struct ImpactReport {
   std::vector<StudiedStrike> strikes;
   std::vector<ModelStrike> model;
   HeardObject given;
-  std::optional<HeardObject> fitted;  ///< none without a fit
+  std::optional<HeardObject> fitted;  ///< none without a fit that determines it
   std::optional<StudyFit> fit;
   std::vector<ModelVariant> variants;
   std::vector<std::string> remarks;

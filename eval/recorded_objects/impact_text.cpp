@@ -91,44 +91,55 @@ void print_vertices(const ImpactReport& report) {
 }
 
 /// What single vertices would have in place of the modulus of all.
-void print_moduli_alone(const StudyFit& fit, double modulus) {
+void print_moduli_alone(const StudyFit& fit) {
   std::vector<double> ratios;
-  for (const auto& alone : fit.joint.alone) {
-    if (alone) ratios.push_back(alone->candidate.specific_modulus / modulus);
+  for (const auto& alone : fit.alone) {
+    if (alone) ratios.push_back(*alone / *fit.specific_modulus);
   }
   if (ratios.size() < 2) return;
   const auto [minimum, maximum] = std::minmax_element(ratios.begin(), ratios.end());
   fmt::print("  {:<20} {:.4f} to {:.4f} of that, {} of {}\n", "each vertex alone", *minimum,
-             *maximum, ratios.size(), fit.joint.alone.size());
+             *maximum, ratios.size(), fit.alone.size());
 }
 
 void print_fit(const ImpactReport& report) {
-  const double modulus = report.fitted->specific_modulus;
+  const StudyFit& fit = *report.fit;
+  if (!fit.specific_modulus) {
+    fmt::print("\n{:<22} not determined: {}\n", "specific modulus", fit.undetermined);
+    return;
+  }
+  const double modulus = *fit.specific_modulus;
+  const double density = report.material.elastic.density;
   fmt::print("\n{:<22} {:.5g} m^2/s^2, {:.4f} of the one given\n", "specific modulus", modulus,
              modulus / report.given.specific_modulus);
-  print_moduli_alone(*report.fit, modulus);
-  fmt::print("{:<22} {:.5g} GPa at {:.5g} kg/m^3\n", "Young's modulus",
-             1e-9 * modulus * report.material.elastic.density, report.material.elastic.density);
-  const synth::damping::DampingModel& damping = report.fit->damping;
+  if (fit.modulus95) {
+    fmt::print("  {:<20} {:.5g} to {:.5g}, at Poisson's ratio {:.3g}\n", "95 %", fit.modulus95->low,
+               fit.modulus95->high, report.material.elastic.poisson_ratio);
+  }
+  print_moduli_alone(fit);
+  fmt::print("  {:<20} {:.1f}, as given {:.1f}\n", "log-likelihood", fit.log_likelihood,
+             fit.log_likelihood_given);
+  fmt::print("{:<22} {:.5g} GPa at {:.5g} kg/m^3\n", "Young's modulus", 1e-9 * modulus * density,
+             density);
+  const synth::damping::DampingModel& damping = fit.damping;
   fmt::print("{:<22} {}{}, from {} matched modes\n", "damping",
              damping.kind == synth::damping::DampingKind::expression
                  ? "c = " + damping.expression
                  : synth::damping::form_of(damping.kind).formula,
-             report.options.radiation ? " and what is radiated" : "", report.fit->points);
+             report.options.radiation ? " and what is radiated" : "", fit.points);
   for (std::size_t k = 0; k < damping.parameters.size(); ++k) {
     fmt::print("  {:<20} {:.5g} {:<16} {}\n", synth::damping::parameter_name(k),
                damping.parameters[k], synth::damping::parameter_unit(damping.kind, k),
-               report.fit->confidence95.empty()
-                   ? ""
-                   : damping::interval_text(report.fit->confidence95[k]));
+               fit.confidence95.empty() ? "" : damping::interval_text(fit.confidence95[k]));
   }
 }
 
 }  // namespace
 
 void print_report(const ImpactReport& report) {
-  fmt::print("{}: {} recordings of {} samples at {} Hz\n", report.folder.mesh.string(),
-             report.folder.rows(), report.folder.samples(), report.options.sample_rate);
+  fmt::print("{}: {} recordings of {} samples at {} Hz, {}; {}\n", report.folder.mesh.string(),
+             report.folder.rows(), report.folder.samples(), report.options.sample_rate,
+             report.folder.deconvolved ? "deconvolved" : "as recorded", report.material.name);
   fmt::print("{} modes, none missing below {:.0f} Hz; {}\n", report.given.modes.size(),
              report.given.modes.certificate.complete_to_hz,
              report.options.radiation ? "heard at the microphones by equivalent sources"

@@ -78,12 +78,12 @@ ImpactReport study_object(const ImpactFolder& folder, const std::vector<Recorded
   }
   if (fit) {
     const core::ScopedTimer timer(report.trace.stages["fit"]);
-    report.fit = fit_material(report.strikes, report.model, report.given, report.fitted.emplace(),
-                              options, cache);
+    report.fit = fit_material(report.strikes, report.model, report.given, report.material,
+                              report.fitted, options, cache);
   }
-  report.variants =
-      compare_variants(report.strikes, report.model, report.given, report.material.damping,
-                       fit ? &*report.fitted : nullptr, fit ? &*report.fit : nullptr, options);
+  report.variants = compare_variants(
+      report.strikes, report.model, report.given, report.material.damping,
+      report.fitted ? &*report.fitted : nullptr, report.fitted ? &*report.fit : nullptr, options);
   return report;
 }
 

@@ -4,6 +4,7 @@ import os
 import pathlib
 import re
 import resource
+import shutil
 import subprocess
 import tempfile
 import unittest
@@ -32,6 +33,14 @@ of_memory = unittest.skipIf(TIMEOUT_FACTOR > 1, "sanitizers take memory of their
 # A program that was built with -DCARILLON_RENDER=OFF.
 NO_PICTURES = os.environ.get("CARILLON_PICTURES") == "none"
 pictures = unittest.skipIf(NO_PICTURES, "the program was built without pictures")
+
+
+def draws_figures():
+    """Whether a Python that the program tries for figures has matplotlib."""
+    named = os.environ.get("CARILLON_PYTHON")
+    pythons = [named] if named else [p for p in (shutil.which("python3"), "/usr/bin/python3") if p]
+    return any(subprocess.run([p, "-c", "import matplotlib"], capture_output=True,
+                              check=False).returncode == 0 for p in pythons)
 
 
 # Minutes for what the others show on less; ctest -L slow runs them.
