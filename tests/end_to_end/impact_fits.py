@@ -8,8 +8,7 @@ import unittest
 import numpy
 from impact_folders import NORMAL, RATE, microphones, ringing, write_folder
 from program import run, run_json
-from realimpact import (ALPHAS, MODULUS_RATIO, NOISE, SOLVE, TAKEN, TRUE, VERTICES, MadeFolder,
-                        decay_of)
+from realimpact import ALPHAS, MODULUS_RATIO, NOISE, SOLVE, TAKEN, TRUE, VERTICES, MadeFolder, decay_of
 
 
 class AsRecorded(MadeFolder):
