@@ -9,7 +9,7 @@ SHORT = (("do not decay as a mode", "tones that are no modes left out"),
          ("weaker modes", "more than 100 modes"), ("weaker mode", "more than 100 modes"),
          ("struck before", "struck before"), ("strikes at", "several strikes at once"),
          ("another strike", "another strike after"), ("samples are missing", "samples missing"),
-         ("taken for hum", "hums left out"), ("cannot be told from none", "steady tones left out"),
+         ("taken for hum", "hums left out"), ("decay rate is not determined", "tones of no certain decay left out"),
          ("clipped", "clipped"), ("kept as modes", "slow modes kept"))
 
 

@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "core/numbers.hpp"
+#include "eval/features/detail/crowding.hpp"
 #include "eval/features/detail/find_tones.hpp"
 #include "eval/features/detail/judge_tones.hpp"
 #include "eval/features/detail/tone_trials.hpp"
@@ -126,7 +127,7 @@ void remark(const Doubts& doubts, const FeatureOptions& options, FeatureSet& set
                     slow_decay, listed(doubts.slow), slow_decay));
   }
   if (!doubts.undetermined.empty()) {
-    set.remarks.push_back(fmt::format("left out, as their decay cannot be told from none: {}",
+    set.remarks.push_back(fmt::format("left out, as their decay rate is not determined: {}",
                                       listed(doubts.undetermined)));
   }
   if (doubts.left_out > 0) {
@@ -147,6 +148,23 @@ Steadiness steadiness_of(const Feature& feature, const SoundPart& part, double s
   return steadiness({feature.frequency, feature.decay_rate, feature.decay_rate_error,
                      feature.amplitude, duration},
                     part.quiet, sample_rate);
+}
+
+/// Leaves out modes whose decay rate is not known to within itself.
+/// @param modes  the features' tones
+void leave_out_undetermined(std::vector<Feature>& features, std::vector<Tone>& modes,
+                            Doubts& doubts) {
+  std::size_t kept = 0;
+  for (std::size_t k = 0; k < features.size(); ++k) {
+    if (!(features[k].decay_rate_error < features[k].decay_rate)) {
+      doubts.undetermined.push_back(features[k].frequency);
+      continue;
+    }
+    features[kept] = features[k];
+    modes[kept++] = modes[k];
+  }
+  features.resize(kept);
+  modes.resize(kept);
 }
 
 /// Whether little of a tone is left when the object rings by itself: a burst of the strike, or part
@@ -228,8 +246,6 @@ void features_by_tones(const SoundPart& part, double sample_rate, const FeatureO
       others.push_back(tone);
     } else if (none[k] || steady == Steadiness::neither) {
       ++doubts.left_out;
-    } else if (!(feature.decay_rate_error < feature.decay_rate)) {
-      doubts.undetermined.push_back(feature.frequency);
     } else {
       // ln a(t) = -d t changes by the drift at about 2 / d.
       const double shift = 0.5 * judge(fit, k, residual).drift * feature.decay_rate;
@@ -240,6 +256,8 @@ void features_by_tones(const SoundPart& part, double sample_rate, const FeatureO
       modes.push_back(tone);
     }
   }
+  widen_crowded(set.features);
+  leave_out_undetermined(set.features, modes, doubts);
   remark(doubts, options, set);
   keep_strongest(options.max_features, part.samples.size(), modes, set);
   account(part.samples, modes, others, set);

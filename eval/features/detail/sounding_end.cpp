@@ -15,7 +15,7 @@ namespace {
 
 constexpr double energy_frame = 0.01;  ///< [s]
 constexpr double min_length = 1;       ///< [s]
-constexpr double above_noise = 1.5;    ///< energy of a frame
+constexpr double heard_above = 1.5;    ///< energy of a frame
 constexpr double line_above = 20;      ///< power over the noise's
 constexpr std::size_t times_audible = 4;
 constexpr double min_quiet = 0.1;  ///< [s]
@@ -82,7 +82,7 @@ std::size_t sounding_end(std::span<const double> samples, std::span<const double
   constexpr std::size_t several = 5;
   std::size_t quiet_frames = 0, k = 0;
   while (k < energies.size() && quiet_frames < several) {
-    quiet_frames = energies[k] < above_noise * noise ? quiet_frames + 1 : 0;
+    quiet_frames = energies[k] < heard_above * noise ? quiet_frames + 1 : 0;
     ++k;
   }
   const std::size_t length = std::max(shortest, times_audible * k * frame);
