@@ -66,9 +66,8 @@ double likelihood_at(std::span<const material::HeardTone> tones,
   double best = -std::numeric_limits<double>::infinity();
   for (const double share : sharpness) {
     for (const double cents : scatter) {
-      best = std::max(best, material::log_likelihood(
-                                tones, pitches, specific_modulus,
-                                {pitches.poisson_ratio, share, cents}, prior));
+      best = std::max(best, material::log_likelihood(tones, pitches, specific_modulus,
+                                                     {pitches.poisson_ratio, share, cents}, prior));
     }
   }
   return best;
@@ -207,8 +206,8 @@ void fit_matched_damping(StudyFit& fit, const damping::DampingData& data,
                          const synth::damping::DampingModel& given, const StudyOptions& options) {
   fit.points = data.size();
   const auto stays = [&](const std::string& why) {
-    fit.remarks.push_back(fmt::format(
-        "damping is as {}: {}", fit.joint ? "the joint estimate has it" : "given", why));
+    fit.remarks.push_back(fmt::format("damping is as {}: {}",
+                                      fit.joint ? "the joint estimate has it" : "given", why));
   };
   if (data.size() <= options.law.parameters) {
     stays(fmt::format("{} matched mode{} for {} parameters", data.size(),
@@ -233,8 +232,9 @@ void fit_matched_damping(StudyFit& fit, const damping::DampingData& data,
     fit.damping = law.model;
     fit.confidence95 = law.confidence95;
     if (!options.radiation) {
-      fit.remarks.emplace_back("without radiation (--radiation off) the damping holds what the "
-                               "object radiates, too");
+      fit.remarks.emplace_back(
+          "without radiation (--radiation off) the damping holds what the "
+          "object radiates, too");
     }
   } catch (const core::InputError& error) {
     stays(error.message());
@@ -300,8 +300,8 @@ StudyFit fit_material(const std::vector<StudiedStrike>& strikes,
   const material::ModePitches pitches =
       struck_pitches(given, model, material.elastic.poisson_ratio);
   const material::PitchPrior prior = prior_of(given, options);
-  const material::PitchEstimate estimate = material::estimate_from_pitches(
-      sets_of(strikes), std::span(&pitches, 1), options.law, prior);
+  const material::PitchEstimate estimate =
+      material::estimate_from_pitches(sets_of(strikes), std::span(&pitches, 1), options.law, prior);
   StudyFit fit;
   if (options.metric == StudyMetric::pitches) {
     fit_by_pitches(fit, strikes, estimate, pitches, prior);

@@ -57,11 +57,11 @@ ModelVariant make_variant(const std::string& name, const std::vector<StudiedStri
     std::vector<recorded::SpectralPeak> peaks =
         recorded::highest_peaks(strikes[i].spectrum, frequencies.size(), options.min_frequency);
     variant.peaks.push_back(recorded::match_peaks(frequencies, peaks, options.widest));
-    tones.push_back({strikes[i].set.features,
-                     heard(struck_by(object, model, i),
-                           object.specific_modulus * factors[i] * factors[i],
-                           model[i].contact_time, damping, options)
-                         .tones});
+    tones.push_back(
+        {strikes[i].set.features,
+         heard(struck_by(object, model, i), object.specific_modulus * factors[i] * factors[i],
+               model[i].contact_time, damping, options)
+             .tones});
   }
   recorded::RecordedOptions how;
   how.modes.widest = options.widest;

@@ -56,8 +56,8 @@ TEST(Crowding, LeavesModesThatAreFarApartAsTheyWere) {
 /// Modes drawn in a band, with decay rates and levels (20 dB) even in their logarithms.
 struct DenseModes {
   std::size_t count;
-  double low, high;          // Hz
-  double slowest, fastest;   // 1/s
+  double low, high;         // Hz
+  double slowest, fastest;  // 1/s
 };
 
 class Dense : public testing::TestWithParam<DenseModes> {};
@@ -69,10 +69,9 @@ TEST_P(Dense, ErrorsHold) {
     TestRandom random(1000 * count + seed);
     std::vector<Partial> partials;
     for (std::size_t k = 0; k < count; ++k) {
-      partials.push_back({random.uniform(low, high),
-                          slowest * std::pow(fastest / slowest, random.uniform()),
-                          std::pow(10, random.uniform(-1, 0)),
-                          random.uniform(0, 2 * std::numbers::pi)});
+      partials.push_back(
+          {random.uniform(low, high), slowest * std::pow(fastest / slowest, random.uniform()),
+           std::pow(10, random.uniform(-1, 0)), random.uniform(0, 2 * std::numbers::pi)});
     }
     const ClipShape shape{48000, 0.65, 0.05};
     std::vector<double> samples = strike_clip(partials, shape);
@@ -100,13 +99,11 @@ TEST_P(Dense, ErrorsHold) {
   RecordProperty("held_frequencies", static_cast<int>(held_frequencies));
   RecordProperty("held_rates", static_cast<int>(held_rates));
 }
-INSTANTIATE_TEST_SUITE_P(Crowding, Dense,
-                         testing::Values(DenseModes{12, 16000, 18000, 200, 800},
-                                         DenseModes{20, 16000, 18000, 200, 800},
-                                         DenseModes{30, 10000, 18000, 200, 800},
-                                         DenseModes{40, 500, 8000, 20, 200},
-                                         DenseModes{60, 500, 18000, 60, 600},
-                                         DenseModes{20, 500, 10000, 2, 40}));
+INSTANTIATE_TEST_SUITE_P(
+    Crowding, Dense,
+    testing::Values(DenseModes{12, 16000, 18000, 200, 800}, DenseModes{20, 16000, 18000, 200, 800},
+                    DenseModes{30, 10000, 18000, 200, 800}, DenseModes{40, 500, 8000, 20, 200},
+                    DenseModes{60, 500, 18000, 60, 600}, DenseModes{20, 500, 10000, 2, 40}));
 
 }  // namespace
 }  // namespace carillon::eval

@@ -24,8 +24,12 @@ std::vector<double> force(double begin, double duration, Shape shape) {
   return samples;
 }
 
-double raised_cosine(double phase) { return 1 - std::cos(2 * std::numbers::pi * phase); }
-double half_sine(double phase) { return std::sin(std::numbers::pi * phase); }
+double raised_cosine(double phase) {
+  return 1 - std::cos(2 * std::numbers::pi * phase);
+}
+double half_sine(double phase) {
+  return std::sin(std::numbers::pi * phase);
+}
 
 TEST(ImpactContact, IsThatOfARaisedCosine) {
   for (const double duration : {3e-4, 1e-3, 5e-3}) {
@@ -36,13 +40,13 @@ TEST(ImpactContact, IsThatOfARaisedCosine) {
 }
 
 TEST(ImpactContact, HasTheSpectrumOfAnotherShape) {
-  // Of a half sine of duration t: cos(w t / 2) / (1 - (w t / pi)^2), over its value at 0; of a raised
-  // cosine of T: sin(x) / (x (1 - (x / pi)^2)), x = w T / 2. They fall by 2 dB alike.
+  // Of a half sine of duration t: cos(w t / 2) / (1 - (w t / pi)^2), over its value at 0; of a
+  // raised cosine of T: sin(x) / (x (1 - (x / pi)^2)), x = w T / 2. They fall by 2 dB alike.
   const double duration = 2e-3;
   const ImpactContact contact = contact_of(force(0.01, duration, half_sine), rate);
   const double w = 2 * std::numbers::pi * 240;
-  const double sine = std::cos(0.5 * w * duration) /
-                      (1 - std::pow(w * duration / std::numbers::pi, 2));
+  const double sine =
+      std::cos(0.5 * w * duration) / (1 - std::pow(w * duration / std::numbers::pi, 2));
   const double x = 0.5 * w * contact.duration;
   const double cosine = std::sin(x) / (x * (1 - std::pow(x / std::numbers::pi, 2)));
   EXPECT_LT(sine, 0.81);
@@ -69,8 +73,8 @@ TEST(MaterialInName, IsAWordOfIt) {
 }
 
 TEST(MaterialInName, IsNoneWhereNoneOrSeveralAreNamed) {
-  for (const char* name : {"", "22_Cup", "93_GreenGoblet", "woodpecker", "31_PetBowl",
-                           "GlassOnWood", "59_stand"}) {
+  for (const char* name :
+       {"", "22_Cup", "93_GreenGoblet", "woodpecker", "31_PetBowl", "GlassOnWood", "59_stand"}) {
     EXPECT_EQ(material_in_name(name), "") << name;
   }
 }

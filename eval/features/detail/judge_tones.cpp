@@ -38,7 +38,11 @@ std::optional<double> amplitude_in(std::span<const double> signal, double freque
   return 2 * std::abs(sum) / weights;
 }
 
+/// Above the twentieth multiple of either, where none is strong and all lie within what mains keep
+/// of any frequency, nothing is one.
 bool at_mains_harmonic(double frequency) {
+  constexpr double highest = 1200;
+  if (frequency > highest) return false;
   for (const double mains : {50.0, 60.0}) {
     const double harmonic = std::max(1.0, std::round(frequency / mains));
     if (std::abs(frequency - harmonic * mains) < 0.003 * frequency + 0.1) return true;
@@ -120,8 +124,9 @@ Steadiness steadiness(const SlowTone& tone, std::span<const double> quiet, doubl
   if (const auto before = amplitude_in(quiet, tone.frequency, sample_rate)) {
     if (*before > 0.5 * tone.amplitude) return Steadiness::hum;
   } else {
-    const bool steady = std::abs(tone.decay_rate) < 3 * tone.decay_rate_error ||
-                        std::abs(tone.decay_rate) * tone.duration < 0.05;
+    const double lost = std::abs(tone.decay_rate) * tone.duration;
+    const bool steady =
+        lost < 0.05 || (lost < 0.5 && std::abs(tone.decay_rate) < 3 * tone.decay_rate_error);
     if (steady && at_mains_harmonic(tone.frequency)) return Steadiness::hum;
   }
   if (std::abs(tone.decay_rate) * tone.duration < 0.02) return Steadiness::hum;

@@ -42,9 +42,9 @@ struct SlowTone {
   double duration = 0;   ///< in which it was heard [s]
 };
 /// A hum is there before the strike with half of its level or more. Where nothing was recorded
-/// before, it does not decay within three errors, or not by 5 % while it is heard, and lies at a
-/// multiple of 50 or 60 Hz (within 0.3 %, as mains keep it), or its level stays within 2 %. What
-/// grows otherwise is neither.
+/// before, it does not decay by 5 % while it is heard, or by 40 % and within three errors not at
+/// all, and lies at a multiple of 50 or 60 Hz up to 1,200 Hz (within 0.3 %, as mains keep it), or
+/// its level stays within 2 %. What grows otherwise is neither.
 /// @param quiet  samples before the strike
 Steadiness steadiness(const SlowTone& tone, std::span<const double> quiet, double sample_rate);
 
