@@ -29,7 +29,7 @@ End end_of(const Complex& rate, std::size_t count) {
 /// What the inner loops of transforms are compiled for: without contraction, vectors of any width
 /// give the same digits.
 #if defined(__x86_64__) && defined(__linux__)
-#define CARILLON_VECTOR_CLONES __attribute__((target_clones("avx2", "default")))
+#define CARILLON_VECTOR_CLONES __attribute__((target_clones("avx512f", "avx2", "default")))
 #else
 #define CARILLON_VECTOR_CLONES
 #endif
@@ -159,9 +159,12 @@ void ToneGrid::derivatives(const Tone& tone, BinRange range, std::span<Complex> 
 }
 
 void add_tone(std::span<double> signal, const Tone& tone, double factor) {
+  constexpr double nothing = 40;  // times 1 / d: below what a double holds of the begin
   const std::complex<double> turn = std::exp(tone.rate);
   std::complex<double> value = factor * tone.amplitude;
-  for (double& sample : signal) {
+  const double length = std::min(static_cast<double>(signal.size()),
+                                 nothing / std::max(-tone.rate.real(), 1e-300));
+  for (double& sample : signal.first(static_cast<std::size_t>(length))) {
     sample += value.real();
     value *= turn;
   }
