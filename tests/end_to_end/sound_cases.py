@@ -169,6 +169,11 @@ class Strikes(Cases):
         both = [*BAR, *PLATE]
         self.expect(self.pcm(0.5 * (ring(BAR, 1) + ring(PLATE, 1))), both)
 
+    def test_a_striker_that_rings_as_long(self):
+        """A fork at the object's own second mode, 3 Hz beside it, and above all of its others."""
+        fork = [(1527.2, 9, 0.15), (6271.0, 14, 0.1)]
+        self.expect(self.pcm(0.8 * (ring(PLATE, 1) + ring(fork, 1))), [*PLATE, *fork])
+
     def test_talk_before_the_strike(self):
         sound = ring(PLATE, 1.32, [(0.6, 1)])
         talk = numpy.zeros(len(sound))
