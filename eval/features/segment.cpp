@@ -197,7 +197,7 @@ std::size_t choose_strike(const Onsets& onsets, std::optional<double> given, dou
   return struck;
 }
 
-/// Leaves out what is missing and what is clipped.
+/// Leaves out what is missing and what is clipped or limited.
 void leave_out_damage(std::span<const double> samples, double sample_rate, std::size_t struck,
                       Segment& segment) {
   if (const auto gap = find_gap(samples.subspan(0, segment.end), struck, sample_rate)) {
@@ -217,6 +217,13 @@ void leave_out_damage(std::span<const double> samples, double sample_rate, std::
         1e3 * static_cast<double>(segment.begin - segment.onset) / sample_rate));
   } else if (clipping.count > 0) {
     segment.remarks.push_back(fmt::format("{} samples are clipped", clipping.count));
+  } else if (const auto last = limited_until(samples, segment.onset, segment.end);
+             last && *last > segment.begin) {
+    segment.begin = *last;
+    segment.remarks.push_back(fmt::format(
+        "tops are limited, or were clipped at another sample rate: left out up to {:.1f} ms after "
+        "the onset",
+        1e3 * static_cast<double>(segment.begin - segment.onset) / sample_rate));
   }
 }
 

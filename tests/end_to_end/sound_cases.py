@@ -196,6 +196,19 @@ class Damage(Cases):
         result = self.expect(path, PLATE, decay=0.05, remark="clipped")
         self.assertGreater(result["clipped_samples"], 3)
 
+    def test_clipped_then_resampled(self):
+        """44.1 to 24 kHz by a windowed sinc: tops are neither equal nor at full scale any more."""
+        sound = numpy.clip(2 * ring(PLATE, 0.94, rate=44100), -0.95, 0.95)
+        place = numpy.arange(round(0.92 * 24000)) * 44100 / 24000
+        first = numpy.floor(place).astype(int) - 31
+        taps = numpy.arange(64)
+        padded = numpy.concatenate([numpy.zeros(32), sound, numpy.zeros(32)])
+        distance = first[:, None] + taps - place[:, None]
+        cut = 24000 / 44100
+        kernel = cut * numpy.sinc(cut * distance) * numpy.cos(numpy.pi * distance / 66)**2
+        resampled = (kernel * padded[first[:, None] + taps + 32]).sum(axis=1)
+        self.expect(self.pcm(0.5 * resampled, rate=24000), PLATE, decay=0.05, remark="tops are limited")
+
     def test_automatic_gain(self):
         sound = ring(PLATE, 0.92)
         t = numpy.maximum(numpy.arange(len(sound)) / RATE - ONSET, 0)

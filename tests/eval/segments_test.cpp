@@ -7,7 +7,9 @@
 #include <numbers>
 #include <string>
 
+#include "eval/features/detail/damage.hpp"
 #include "eval/features/detail/strikes.hpp"
+#include "eval/features/extract_features.hpp"
 #include "tests/eval/strike_clip.hpp"
 
 namespace carillon::eval {
@@ -184,6 +186,43 @@ TEST(Segments, FindOnsetsInNoise) {
     }
   }
   EXPECT_GE(right, all - 1);
+}
+
+// Clipped, then played at another rate: the tops are no longer equal.
+TEST(Segments, BeginAfterTopsThatWereLimited) {
+  std::vector<double> samples = struck(std::vector<Hit>{{0.02, 1}});
+  double peak = 0;
+  for (const double sample : samples) peak = std::max(peak, std::abs(sample));
+  for (double& sample : samples) sample = std::clamp(sample, -0.65 * peak, 0.65 * peak);
+  // A filter of a few samples, as converters of rates have.
+  std::vector<double> blurred(samples.size());
+  for (std::size_t n = 2; n + 2 < samples.size(); ++n) {
+    blurred[n] = -0.03 * (samples[n - 2] + samples[n + 2]) +
+                 0.1 * (samples[n - 1] + samples[n + 1]) + 0.86 * samples[n];
+  }
+  const features::FeatureSet set = features::extract_features(blurred, rate);
+  ASSERT_FALSE(set.remarks.empty());
+  EXPECT_NE(set.remarks.front().find("tops are limited"), std::string::npos) << set.remarks.front();
+  EXPECT_GT(set.begin, set.onset + 0.02);
+  ASSERT_EQ(set.features.size(), bar.size());
+  for (std::size_t k = 0; k < bar.size(); ++k) {
+    EXPECT_NEAR(set.features[k].decay_rate / bar[k].decay_rate, 1, 0.02);
+  }
+}
+
+TEST(LimitedUntil, SaysNothingOfSoundsThatAreFree) {
+  // A fork, two that beat, and sums of modes.
+  for (std::size_t count = 1; count <= 20; ++count) {
+    TestRandom random(count);
+    std::vector<Partial> partials;
+    for (std::size_t k = 0; k < count; ++k) {
+      partials.push_back({count == 2 ? 440 + 4 * static_cast<double>(k) : random.uniform(200, 6000),
+                          std::pow(10, random.uniform(-1, 1.3)), random.uniform(0.1, 1),
+                          random.uniform(0, 6.28)});
+    }
+    const std::vector<double> samples = strike_clip(partials, {rate, 1, 0});
+    EXPECT_FALSE(features::limited_until(samples, 0, samples.size())) << count;
+  }
 }
 
 TEST(Segments, EndWhereSamplesAreMissing) {

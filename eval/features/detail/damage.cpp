@@ -55,6 +55,34 @@ Clipping find_clipping(std::span<const double> samples, std::size_t from, std::s
   return clipping;
 }
 
+std::optional<std::size_t> limited_until(std::span<const double> samples, std::size_t from,
+                                         std::size_t to) {
+  constexpr double high = 0.93, middle = 0.79, low = 0.75;  // of the largest
+  constexpr double ratio = 1.2, contrast = 0.25;
+  constexpr std::size_t enough = 12;
+  if (to < from + 8) return std::nullopt;
+  const double peak = core::peak(samples.subspan(from, to - from));
+  std::size_t above = 0, below = 0, falls = 0, last = from;
+  bool after_high = false;
+  for (std::size_t n = from + 1; n + 1 < to; ++n) {
+    const double size = std::abs(samples[n]);
+    if (size < std::abs(samples[n - 1]) || size <= std::abs(samples[n + 1])) continue;
+    const bool is_high = size >= high * peak;
+    if (is_high) {
+      ++above;
+      last = n;
+    } else if (size >= middle * peak) {
+      ++below;
+    }
+    if (after_high && size < low * peak) ++falls;
+    after_high = is_high;
+  }
+  const auto highest = static_cast<double>(above);
+  const bool limited = above >= enough && highest > ratio * static_cast<double>(below) &&
+                       static_cast<double>(falls) > contrast * highest;
+  return limited ? std::optional(last + 1) : std::nullopt;
+}
+
 std::optional<Gap> find_gap(std::span<const double> samples, std::size_t from, double sample_rate) {
   const auto enough =
       std::max<std::size_t>(16, static_cast<std::size_t>(missing_time * sample_rate));

@@ -162,8 +162,8 @@ void add_tone(std::span<double> signal, const Tone& tone, double factor) {
   constexpr double nothing = 40;  // times 1 / d: below what a double holds of the begin
   const std::complex<double> turn = std::exp(tone.rate);
   std::complex<double> value = factor * tone.amplitude;
-  const double length = std::min(static_cast<double>(signal.size()),
-                                 nothing / std::max(-tone.rate.real(), 1e-300));
+  const double length =
+      std::min(static_cast<double>(signal.size()), nothing / std::max(-tone.rate.real(), 1e-300));
   for (double& sample : signal.first(static_cast<std::size_t>(length))) {
     sample += value.real();
     value *= turn;
