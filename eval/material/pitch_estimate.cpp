@@ -177,10 +177,10 @@ PitchEstimate estimate_from_pitches(std::span<const features::FeatureSet> record
     estimate.poisson95 = poisson_interval(posterior);
   }
   const double ratio = scale(posterior.best_modulus);
-  std::vector<FeatureIndex> heads;
+  std::vector<std::vector<FeatureIndex>> heads;
   for (const ToneMatch& match : matches) {
     const std::vector<FeatureIndex>& own = tones[match.tone].heads;
-    heads.insert(heads.end(), own.begin(), own.end());
+    heads.push_back(own);
     const FeatureIndex& loudest = own.front();
     estimate.matches.push_back({recordings[loudest.recording].features[loudest.feature],
                                 ratio * match.mode_frequency, match.probability});

@@ -57,8 +57,8 @@ PointDensity density_of(double heard, double law, double room, double error, dou
   if (std::isfinite(room)) {
     const double shift = std::clamp(masked_slope * std::log(u), 0.0, masked_most);
     const double z = (std::log(heard / room) - shift) / masked_scatter;
-    density.all += (1 - weight) * std::exp(-0.5 * z * z) /
-                   (masked_scatter * std::sqrt(2 * std::numbers::pi));
+    density.all +=
+        (1 - weight) * std::exp(-0.5 * z * z) / (masked_scatter * std::sqrt(2 * std::numbers::pi));
   }
   return density;
 }
@@ -127,8 +127,8 @@ RoomFit fit_in_room(const damping::DampingData& data, std::span<const double> ro
                     const damping::DampingLaw& law) {
   using damping::Estimator;
   RoomFit found;
-  found.fit = damping::fit_damping(
-      data, law, {.estimator = Estimator::least_squares, .confidence = false});
+  found.fit =
+      damping::fit_damping(data, law, {.estimator = Estimator::least_squares, .confidence = false});
   const LawSearch search = law_search(data, law, found.fit.model.parameters);
   const RoomObjective objective{data, rooms, search};
   const damping::DampingData below = slow_points(data, rooms);

@@ -16,7 +16,9 @@ namespace {
 constexpr double alpha1 = 5;
 constexpr double alpha2 = 3e-8;
 
-double law_at(double eigenvalue) { return alpha1 + alpha2 * eigenvalue; }
+double law_at(double eigenvalue) {
+  return alpha1 + alpha2 * eigenvalue;
+}
 
 /// Eigenvalues of modes from 500 Hz on, each a third higher than the last.
 std::vector<double> eigenvalues(std::size_t count) {
@@ -114,8 +116,7 @@ TEST(RoomFit, IntervalsHold) {
         c = room * std::exp(shift + 0.6 * random.normal());
       }
     }
-    const material::RoomFit found =
-        material::fit_in_room(data, std::vector<double>(12, room), {});
+    const material::RoomFit found = material::fit_in_room(data, std::vector<double>(12, room), {});
     held[0] += holds(found.fit.confidence95[0], alpha1);
     held[1] += holds(found.fit.confidence95[1], alpha2);
     width += std::log(found.fit.confidence95[1].high / found.fit.confidence95[1].low) / trials;
@@ -154,6 +155,23 @@ TEST(RoomSound, IsThatOfTheFeaturesWhichAreNoModes) {
   EXPECT_NEAR(*room.rt60(), 1.6 * std::log(1000) / std::sqrt(48 * 60.0), 1e-2);
 }
 
+TEST(RoomSound, IsNotWhatDecaysAsTheObjectDoes) {
+  // Beats beside every mode, at twice its decay rate: from 2 to 200 1/s.
+  features::FeatureSet set;
+  std::vector<std::size_t> heads;
+  for (int mode = 0; mode < 6; ++mode) {
+    const double rate = std::pow(10, 0.4 * mode);
+    heads.push_back(set.features.size());
+    set.features.push_back(feature(1000 * (mode + 1), rate, 60));
+    for (int k = 0; k < 5; ++k) {
+      set.features.push_back(feature(1000 * (mode + 1) + k + 1, 2 * rate, 40));
+    }
+  }
+  EXPECT_FALSE(material::RoomSound(set, heads).heard());
+  for (features::Feature& one : set.features) one.decay_rate = std::pow(one.decay_rate, 0.6);
+  EXPECT_TRUE(material::RoomSound(set, heads).heard());
+}
+
 TEST(RoomSound, OfAKnownRoomIsItsOwn) {
   const double times[] = {0.8, 0.4};
   const material::RoomSound room{std::span(times)};
@@ -170,6 +188,26 @@ TEST(RoomSound, LeavesTheSlowestOfALine) {
                   feature(1004, 1, 55, 0.2), feature(1020, 1, 60)};
   EXPECT_EQ(material::slowest_in_line(set, 0).frequency, 1002);
   EXPECT_EQ(material::slowest_in_line(set, 4).frequency, 1020);
+}
+
+TEST(DampingPoints, AreOneForAModeOfTheRecordingThatKnowsItBest) {
+  features::FeatureSet sets[2];
+  sets[0].features = {feature(1000, 3, 60, 0.02), feature(2000, 5, 60, 0.01)};
+  sets[1].features = {feature(1001, 4, 50, 0.005), feature(3000, 7, 60)};
+  sets[1].features.back().reverberant = true;
+  const std::vector<std::vector<material::FeatureIndex>> modes = {
+      {{0, 0}, {1, 0}}, {{0, 1}}, {{1, 1}}};
+  const auto points = material::damping_points(sets, modes, {});
+  ASSERT_EQ(points.data.size(), 2U);
+  EXPECT_DOUBLE_EQ(points.data.coefficients[0], 8);
+  EXPECT_DOUBLE_EQ(points.data.coefficients[1], 10);
+  EXPECT_EQ(points.rooms, std::vector<double>(2, core::infinity));
+  EXPECT_FALSE(points.rt60);
+  // In a known room it is the fit that tells what is reverberant.
+  const double times[] = {0.5};
+  const auto in_room = material::damping_points(sets, modes, times);
+  ASSERT_EQ(in_room.data.size(), 3U);
+  EXPECT_NEAR(in_room.rooms[0], 2 * 1.6 * std::log(1000) / 0.5, 1e-9);
 }
 
 /// Eight tones of a body, far from each other.
@@ -195,7 +233,8 @@ features::FeatureSet heard_in_a_room(double rate, int companions) {
   for (const double frequency : eight_modes().frequencies) {
     const double d = 0.5 * law_at(std::pow(2 * M_PI * 1.1 * frequency, 2));
     const bool masked = d > 0.7 * rate;
-    set.features.push_back(feature(1.1 * frequency, masked ? rate * std::exp(0.4 * random.normal()) : d, 60,
+    set.features.push_back(feature(1.1 * frequency,
+                                   masked ? rate * std::exp(0.4 * random.normal()) : d, 60,
                                    masked ? 0.15 : 0.01));
     for (int k = 0; k < companions; ++k) {
       set.features.push_back(feature(1.1 * frequency * (1 + 0.003 * (k - 0.5 * companions)),
@@ -229,6 +268,19 @@ TEST(PitchEstimate, TellsTheRoomsDampingFromTheObjects) {
   EXPECT_NEAR(told.damping->model.parameters[1], alpha2, 0.2 * alpha2);
 }
 
+TEST(PitchEstimate, OfOneRecordingTwiceIsNoSurerOfTheDamping) {
+  features::FeatureSet set = heard_in_a_room(1000, 0);
+  core::RandomStream random(5, 0, "test.twice");
+  for (features::Feature& tone : set.features) tone.decay_rate *= std::exp(0.1 * random.normal());
+  const material::ModePitches modes = eight_modes();
+  const features::FeatureSet twice[] = {set, set};
+  const auto once = material::estimate_from_pitches({&set, 1}, {&modes, 1}, {});
+  const auto again = material::estimate_from_pitches(twice, {&modes, 1}, {});
+  ASSERT_TRUE(once.damping && again.damping);
+  EXPECT_DOUBLE_EQ(again.damping->confidence95[1].low, once.damping->confidence95[1].low);
+  EXPECT_DOUBLE_EQ(again.damping->confidence95[1].high, once.damping->confidence95[1].high);
+}
+
 TEST(PitchEstimate, SaysWhereTheRoomIsAllThatDecays) {
   const features::FeatureSet set = heard_in_a_room(2.5, 6);
   const material::ModePitches modes = eight_modes();
@@ -240,8 +292,8 @@ TEST(PitchEstimate, SaysWhereTheRoomIsAllThatDecays) {
 }
 
 TEST(PitchLikelihood, TakesModesForUnsureByAPartOfTheirErrors) {
-  // One tone upon one mode, whose error of 100 cents leaves 3: the peak of Student's t of 4 degrees of
-  // freedom is 3 / 8 over its scale.
+  // One tone upon one mode, whose error of 100 cents leaves 3: the peak of Student's t of 4 degrees
+  // of freedom is 3 / 8 over its scale.
   features::FeatureSet set;
   set.features = {feature(1000, 1e-6, 60)};
   set.features.front().frequency_error = 0;

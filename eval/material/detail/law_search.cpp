@@ -86,9 +86,8 @@ std::vector<double> LawSearch::coefficients(std::span<const double> y,
   const synth::damping::DampingModel model{law.kind, parameters(y), law.expression};
   if (synth::damping::damping_fault(model)) return {};
   std::vector<double> values = synth::damping::damping_coefficients(model, eigenvalues);
-  const bool usable = std::all_of(values.begin(), values.end(), [](double value) {
-    return value > 0 && std::isfinite(value);
-  });
+  const bool usable = std::all_of(values.begin(), values.end(),
+                                  [](double value) { return value > 0 && std::isfinite(value); });
   if (!usable) values.clear();
   return values;
 }
@@ -102,7 +101,8 @@ LawSearch law_search(const damping::DampingData& data, const damping::DampingLaw
     const bool series = law.kind == DampingKind::rayleigh || law.kind == DampingKind::caughey;
     const double term = usual * std::pow(eigenvalue, series ? -static_cast<double>(k) : 0.0);
     search.logarithmic.push_back(is_positive(law.kind, k));
-    const double size = series ? std::max(std::abs(start[k]), negligible_part * term) : std::abs(start[k]);
+    const double size =
+        series ? std::max(std::abs(start[k]), negligible_part * term) : std::abs(start[k]);
     search.sizes.push_back(size > 0 ? size : 1);
   }
   return search;
