@@ -27,7 +27,7 @@ constexpr double widest = 0.4;
 constexpr std::size_t points_for_excess = 10;
 /// Points beside a law's parameters that must be more than a room's: as many as it has parameters
 /// can be made a law's whatever they are.
-constexpr double points_beside_room = 0.5;
+constexpr double points_beside_room = 1;
 
 /// Share of the posterior in the place around its median, places being parted by gaps.
 double share_in_one_place(const PitchPosterior& posterior) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <utility>
 
 #include "core/error.hpp"
 #include "eval/material/detail/law_search.hpp"
@@ -33,7 +34,7 @@ constexpr double scatter_spread = 0.7;  // of its logarithm
 /// Share of the room's rate below which a point is taken for its own at the start.
 constexpr double slow = 0.5;
 
-constexpr double well_known = 0.1;  // relative scatter up to which a point counts in full
+constexpr double well_known = 0.15;  // relative scatter up to which a point counts in full
 
 /// Both parts of a point's density.
 struct PointDensity {
@@ -86,17 +87,19 @@ struct RoomObjective {
     }
     return std::isfinite(sum) ? std::min(sum, unusable) : unusable;
   }
-  /// How many points tell of the law, each by its probability of being its own and by how well it
-  /// is known.
-  double own(std::span<const double> y) const {
+  /// How many points are the law's, each by its probability, and how many tell of it, each by how
+  /// well it is known too.
+  std::pair<double, double> own(std::span<const double> y) const {
     const std::vector<double> law = search.coefficients(y, data.eigenvalues);
-    double sum = 0;
+    std::pair<double, double> sums;
     for (std::size_t i = 0; i < law.size(); ++i) {
       const PointDensity density =
           density_of(data.coefficients[i], law[i], rooms[i], error(i), std::exp(y.back()));
-      sum += density.own / density.all * std::min(1.0, std::pow(well_known / density.scale, 2));
+      const double probability = density.own / density.all;
+      sums.first += probability;
+      sums.second += probability * std::min(1.0, std::pow(well_known / density.scale, 2));
     }
-    return sum;
+    return sums;
   }
 };
 
@@ -145,12 +148,13 @@ RoomFit fit_in_room(const damping::DampingData& data, std::span<const double> ro
     minimum = minimise(objective, minimum.x, steps, search_tolerance, max_search_evaluations);
     if (minimum.value < best.value) best = minimum;
   }
-  found.own = objective.own(best.x);
+  const auto [likely, telling] = objective.own(best.x);
+  found.own = telling;
   found.fit.model.parameters = search.parameters(best.x);
   found.fit.sigma = std::exp(best.x.back());
   found.fit.log_likelihood = -0.5 * best.value;
   const std::size_t count = found.fit.model.parameters.size();
-  const double freedom = std::max(1.0, found.own - static_cast<double>(count));
+  const double freedom = std::max(1.0, likely - static_cast<double>(count));
   const double t = boost::math::quantile(boost::math::students_t(freedom), 0.975);
   const double limit = best.value + (freedom + 1) * std::log1p(t * t / freedom);
   for (std::size_t k = 0; k < count; ++k) {

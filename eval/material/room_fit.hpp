@@ -9,7 +9,7 @@ namespace carillon::eval::material {
 struct RoomFit {
   damping::DampingFit fit;  ///< sigma: of modes that the room does not touch
   /// How many points show their own decay and not the room's: the sum of their probabilities,
-  /// those known to 10 % in full, others by (10 % / scatter)^2.
+  /// those known to 15 % in full, others by (15 % / scatter)^2.
   double own = 0;
 };
 
