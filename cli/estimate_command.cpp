@@ -182,9 +182,11 @@ void add_estimate(Program& program, Context& context) {
       .show_default();
   command.option("--onset", options->estimate.onset,
                  "where the strike begins (default: it is found)");
-  command.option("--rt60", options->estimate.rt60,
-                 "reverberation time of the room, or T1,T2,... by octave from 125 Hz on: damping "
-                 "that cannot be told from its decay is not used");
+  command.option(
+      "--rt60", options->estimate.rt60,
+      "reverberation time of the room, or T1,T2,... by octave from 125 Hz on, 0: none "
+      "(default: told by what is heard around the modes): decays that may be its own say "
+      "nothing of the damping");
   command
       .option("--starts", options->estimate.starts,
               "hybrid: local searches, from the best start points")

@@ -93,8 +93,9 @@ HeardRecording listen(std::vector<double> samples, double sample_rate,
   // Weak partials have pitches, too, and what is no mode's finds none.
   how.min_level = -60;
   how.max_features = 300;
-  recording.set =
-      features::extract_features(recording.samples, sample_rate, features::feature_options(how));
+  const features::FeatureOptions options = features::feature_options(how);
+  recording.rt60 = options.rt60;
+  recording.set = features::extract_features(recording.samples, sample_rate, options);
   if (recording.set.features.empty()) {
     throw InputError(fmt::format("{}: no modes can be heard: {}", name, recording.set.nothing),
                      "a material is estimated from a struck object's ringing");
@@ -149,7 +150,9 @@ PitchEstimate estimate_from_recordings(std::span<const HeardRecording> recording
   }
   std::vector<features::FeatureSet> sets;
   for (const HeardRecording& recording : recordings) sets.push_back(recording.set);
-  PitchEstimate estimate = estimate_from_pitches(sets, pitches, law);
+  const std::vector<double> rt60 =
+      recordings.empty() ? std::vector<double>() : recordings.front().rt60;
+  PitchEstimate estimate = estimate_from_pitches(sets, pitches, law, rt60);
   for (const features::FeatureSet& set : sets) {
     estimate.remarks.insert(estimate.remarks.begin(), set.remarks.begin(), set.remarks.end());
   }

@@ -65,6 +65,7 @@ std::vector<double> poisson_ratios(const std::string& named, const EstimateArgum
 struct HeardRecording {
   std::vector<double> samples;  ///< full scale 1
   features::FeatureSet set;
+  std::vector<double> rt60;  ///< of the room, as FeatureOptions has it
 };
 
 /// @param name  of the recording, for messages

@@ -11,17 +11,17 @@ namespace carillon::eval::material {
 
 namespace {
 
-constexpr double cent = std::numbers::ln2 / 1200;
+constexpr double one_cent = std::numbers::ln2 / 1200;
 /// Half the width of a tone: doublets of real objects lie within it [logarithm of frequency]. The
 /// skirts of a strong one, where a room or a beat leaves companions, are wider for weaker features.
-constexpr double half_width = 20 * cent;
-constexpr double skirt = 1.5 * cent;  // more for every dB
-constexpr double widest_skirt = 80 * cent;
+constexpr double half_width = 20 * one_cent;
+constexpr double skirt = 1.5 * one_cent;  // more for every dB
+constexpr double widest_skirt = 80 * one_cent;
 constexpr double weakest = -45;  // [dB]
 constexpr std::size_t most_tones = 60;
-constexpr double certain = 0.9;         // of the strongest tone
-constexpr double decade_of_level = 50;  // over so many dB certainty falls to a tenth
-constexpr double of_room = 0.25;        // of what may be the room's
+constexpr double certain = 0.9;          // of the strongest tone
+constexpr double certainty_decade = 50;  // over so many dB certainty falls to a tenth
+constexpr double of_room = 0.25;         // of what may be the room's
 /// Share of half a line's width by which beats and companions may shift it.
 constexpr double of_width = 0.1;
 
@@ -50,7 +50,7 @@ HeardTone tone_of(const features::Feature& feature, double level, FeatureIndex i
   tone.error = std::hypot(error, of_width * width);
   tone.level = level;
   tone.certainty =
-      certain * std::pow(10, level / decade_of_level) * (feature.reverberant ? of_room : 1);
+      certain * std::pow(10, level / certainty_decade) * (feature.reverberant ? of_room : 1);
   tone.heads = {index};
   return tone;
 }

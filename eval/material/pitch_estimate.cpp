@@ -8,6 +8,8 @@
 
 #include "core/error.hpp"
 #include "eval/material/relative_fit.hpp"
+#include "eval/material/room_fit.hpp"
+#include "eval/material/room_sound.hpp"
 
 namespace carillon::eval::material {
 
@@ -21,6 +23,9 @@ constexpr double gap = 0.02;
 constexpr double one_place = 0.95;
 /// Logarithm of the interval's ends: wider is no answer.
 constexpr double widest = 0.4;
+/// Points beside a law's parameters that must be more than a room's: as many as it has parameters
+/// can be made a law's whatever they are.
+constexpr double points_beside_room = 1;
 
 /// Share of the posterior in the place around its median, places being parted by gaps.
 double share_in_one_place(const PitchPosterior& posterior) {
@@ -71,9 +76,27 @@ core::Range poisson_interval(const PitchPosterior& posterior) {
   return range;
 }
 
-void fit_law(PitchEstimate& estimate, std::span<const features::Feature> heads,
-             const damping::DampingLaw& law) {
-  const damping::DampingData data = damping::damping_data(heads);
+/// Of points that were heard in a room; says where too few of them are not the room's.
+void fit_law_in_room(PitchEstimate& estimate, const DampingPoints& points,
+                     const damping::DampingLaw& law) {
+  const RoomFit found = fit_in_room(points.data, points.rooms, law);
+  const auto parameters = static_cast<double>(found.fit.model.parameters.size());
+  if (found.own < parameters + points_beside_room) {
+    estimate.remarks.push_back(fmt::format(
+        "damping is not determined: {:.1f} of {} matched tones decay otherwise than the room does, "
+        "for {} parameters (--rt60 0: there is no room)",
+        found.own, points.data.size(), law.parameters));
+    return;
+  }
+  estimate.damping = found.fit;
+  estimate.remarks.push_back(
+      fmt::format("a room of RT60 about {:.2g} s is heard: {:.1f} of {} matched tones decay "
+                  "otherwise than it does (--rt60 gives the room's, 0: none)",
+                  *points.rt60, found.own, points.data.size()));
+}
+
+void fit_law(PitchEstimate& estimate, const DampingPoints& points, const damping::DampingLaw& law) {
+  const damping::DampingData& data = points.data;
   if (data.size() <= law.parameters) {
     estimate.remarks.push_back(
         fmt::format("damping is not determined: {} matched tone{} for {} parameters", data.size(),
@@ -81,7 +104,11 @@ void fit_law(PitchEstimate& estimate, std::span<const features::Feature> heads,
     return;
   }
   try {
-    estimate.damping = fit_matched(data, law);
+    if (points.rt60) {
+      fit_law_in_room(estimate, points, law);
+    } else {
+      estimate.damping = fit_matched(data, law);
+    }
   } catch (const core::InputError& error) {
     estimate.remarks.push_back("damping is not determined: " + error.message());
   }
@@ -117,7 +144,8 @@ void remark(PitchEstimate& estimate, std::span<const HeardTone> tones,
 
 PitchEstimate estimate_from_pitches(std::span<const features::FeatureSet> recordings,
                                     std::span<const ModePitches> modes,
-                                    const damping::DampingLaw& law, const PitchPrior& prior) {
+                                    const damping::DampingLaw& law, std::span<const double> rt60,
+                                    const PitchPrior& prior) {
   const std::vector<HeardTone> tones = heard_tones(recordings);
   PitchEstimate estimate;
   estimate.tones = tones.size();
@@ -132,23 +160,29 @@ PitchEstimate estimate_from_pitches(std::span<const features::FeatureSet> record
 
   estimate.specific_modulus = posterior.modulus;
   estimate.modulus95 = posterior.confidence95;
+  const auto scale = [&](double modulus) {
+    return std::sqrt(modulus / modes.front().specific_modulus);
+  };
+  estimate.frequency_scale = scale(posterior.modulus);
+  estimate.scale95 = {scale(posterior.confidence95.low), scale(posterior.confidence95.high)};
   estimate.scatter_cents = posterior.best.scatter;
   estimate.sharpness = posterior.best.sharpness;
   if (modes.size() > 1) {
     estimate.poisson_ratio = posterior.best.poisson_ratio;
     estimate.poisson95 = poisson_interval(posterior);
   }
-  const double ratio = std::sqrt(posterior.best_modulus / modes.front().specific_modulus);
-  std::vector<features::Feature> heads;
+  const double ratio = scale(posterior.best_modulus);
+  std::vector<std::vector<FeatureIndex>> heads;
   for (const ToneMatch& match : matches) {
-    for (const FeatureIndex& head : tones[match.tone].heads) {
-      heads.push_back(recordings[head.recording].features[head.feature]);
-    }
-    const FeatureIndex& loudest = tones[match.tone].heads.front();
+    const std::vector<FeatureIndex>& own = tones[match.tone].heads;
+    heads.push_back(own);
+    const FeatureIndex& loudest = own.front();
     estimate.matches.push_back({recordings[loudest.recording].features[loudest.feature],
                                 ratio * match.mode_frequency, match.probability});
   }
-  fit_law(estimate, heads, law);
+  const DampingPoints points = damping_points(recordings, heads, rt60);
+  estimate.room_rt60 = points.rt60;
+  fit_law(estimate, points, law);
   remark(estimate, tones, modes, posterior);
   return estimate;
 }

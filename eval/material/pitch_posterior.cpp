@@ -5,6 +5,7 @@
 #include <limits>
 #include <numbers>
 #include <numeric>
+#include <tuple>
 
 #include "core/error.hpp"
 #include "core/random.hpp"
@@ -32,6 +33,8 @@ constexpr double most_error = 200;  // that modes can be sharp [cents]
 constexpr double no_error = 0.05;   // [cents]
 constexpr double sharpest = 1.25;   // estimates may be a fifth too low
 constexpr double sharp_step = 2;    // [cents]
+/// Part of a mode's estimated error by which it differs from the share that all modes have.
+constexpr double own_sharpness = 0.03;
 /// Scatters at which matches by chance are looked for [cents].
 constexpr core::Range chance_scatters = {1, 20};
 constexpr int random_moves = 24;
@@ -40,8 +43,10 @@ constexpr double random_move = 150 * cent;
 /// Modes of one Poisson's ratio and sharpness, ready for candidates.
 struct PreparedModes {
   double log_modulus = 0;
-  double log_top = 0;                       ///< of what is known
-  std::vector<double> places;               ///< log frequency, ascending
+  double log_top = 0;             ///< of what is known
+  std::vector<double> places;     ///< log frequency, ascending
+  std::vector<double> variances;  ///< of each, in log frequency
+  double widest_variance = 0;
   std::vector<double> weights, cumulative;  ///< the latter of those before each
 };
 
@@ -52,16 +57,18 @@ double error_of(double estimated) {
 PreparedModes prepared(const ModePitches& modes, double sharpness) {
   PreparedModes out;
   out.log_modulus = std::log(modes.specific_modulus);
-  std::vector<std::pair<double, double>> sorted;
+  std::vector<std::tuple<double, double, double>> sorted;
   for (std::size_t i = 0; i < modes.frequencies.size(); ++i) {
-    sorted.emplace_back(
-        std::log(modes.frequencies[i]) - sharpness * error_of(modes.errors[i]) * cent,
-        modes.weights[i]);
+    const double error = error_of(modes.errors[i]) * cent;
+    sorted.emplace_back(std::log(modes.frequencies[i]) - sharpness * error, modes.weights[i],
+                        std::pow(own_sharpness * error, 2));
   }
   std::sort(sorted.begin(), sorted.end());
   out.cumulative.push_back(0);
-  for (const auto& [place, weight] : sorted) {
+  for (const auto& [place, weight, variance] : sorted) {
     out.places.push_back(place);
+    out.variances.push_back(variance);
+    out.widest_variance = std::max(out.widest_variance, variance);
     out.weights.push_back(weight);
     out.cumulative.push_back(out.cumulative.back() + weight);
   }
@@ -92,22 +99,23 @@ Band band_of(const PreparedModes& modes, double log_modulus, const PitchPrior& p
 /// How much denser modes' tones are at a tone than spurious ones.
 double density_ratio(const HeardTone& tone, const PreparedModes& modes, const Band& band,
                      double scatter) {
-  const double variance = scatter * cent * scatter * cent + tone.error * tone.error;
-  const double scale = std::sqrt(variance);
+  const double common = scatter * cent * scatter * cent + tone.error * tone.error;
+  const double reach = t_width * std::sqrt(common + modes.widest_variance);
   const double place = tone.log_frequency - band.shift;
   auto at = static_cast<std::size_t>(
-      std::lower_bound(modes.places.begin(), modes.places.end(), place - t_width * scale) -
+      std::lower_bound(modes.places.begin(), modes.places.end(), place - reach) -
       modes.places.begin());
   double sum = 0;
-  for (; at < modes.places.size() && modes.places[at] < place + t_width * scale; ++at) {
+  for (; at < modes.places.size() && modes.places[at] < place + reach; ++at) {
     if (modes.places[at] + band.shift < band.low || modes.places[at] + band.shift >= band.top) {
       continue;
     }
     const double distance = place - modes.places[at];
+    const double variance = common + modes.variances[at];
     const double q = 1 + 0.25 * distance * distance / variance;
-    sum += modes.weights[at] / (q * q * std::sqrt(q));
+    sum += modes.weights[at] / (q * q * std::sqrt(q * variance));
   }
-  return band.width() * t_peak * sum / (scale * band.weight);
+  return band.width() * t_peak * sum / band.weight;
 }
 
 double log_likelihood(std::span<const HeardTone> tones, const PreparedModes& modes,

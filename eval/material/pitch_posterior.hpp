@@ -50,9 +50,9 @@ struct PitchPosterior {
 /// Log-likelihood of tones, over that of tones without any mode.
 ///
 /// A tone is a mode's with its certainty c, else spurious and even in log frequency. A mode's tone
-/// lies about its mode by Student's t of 4 degrees of freedom, with the scatter and the tone's own
-/// error for its scale; which mode it is goes with their weights. The sum over all assignments is
-/// therefore a product over tones of
+/// lies about its mode by Student's t of 4 degrees of freedom, with the scatter, the tone's own
+/// error and 3 % of the mode's for its scale; which mode it is goes with their weights. The sum
+/// over all assignments is therefore a product over tones of
 ///     1 - c + c B sum_j w_j t(x - x_j) / sum_j w_j,
 /// where j runs over the modes of the band and B is its width in log frequency. A set of many modes
 /// that comes near to every tone gains nothing; modes that are not heard cost their share of the

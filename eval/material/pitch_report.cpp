@@ -31,7 +31,9 @@ nlohmann::json to_json(const PitchEstimate& estimate, const std::optional<double
                          {"determined", estimate.complete()},
                          {"undetermined", estimate.undetermined},
                          {"specific_modulus_m2_per_s2", nullptr},
+                         {"frequency_scale", nullptr},
                          {"poisson_ratio", nullptr},
+                         {"room_rt60_s", nullptr},
                          {"parameters", nullptr},
                          {"confidence95", nlohmann::json::object()},
                          {"log_evidence", estimate.log_evidence},
@@ -43,6 +45,8 @@ nlohmann::json to_json(const PitchEstimate& estimate, const std::optional<double
     const double modulus = *estimate.specific_modulus;
     json["specific_modulus_m2_per_s2"] = modulus;
     json["confidence95"]["specific_modulus_m2_per_s2"] = json_of(estimate.modulus95);
+    json["frequency_scale"] = *estimate.frequency_scale;
+    json["confidence95"]["frequency_scale"] = json_of(estimate.scale95);
     json["scatter_cents"] = estimate.scatter_cents;
     json["sharpness"] = estimate.sharpness;
     if (density) {
@@ -56,6 +60,7 @@ nlohmann::json to_json(const PitchEstimate& estimate, const std::optional<double
     json["poisson_ratio"] = *estimate.poisson_ratio;
     json["confidence95"]["poisson_ratio"] = json_of(estimate.poisson95);
   }
+  if (estimate.room_rt60) json["room_rt60_s"] = *estimate.room_rt60;
   if (estimate.damping) {
     json["model"] = synth::damping::formula_of(estimate.damping->model);
     json["parameters"] =
@@ -83,6 +88,9 @@ void print_estimate(const PitchEstimate& estimate, const std::optional<double>& 
       fmt::print("{:<22} {:.5g} GPa at {:.5g} kg/m^3, 95 %: {:.5g} to {:.5g}\n", "Young's modulus",
                  giga * modulus, *density, giga * range.low, giga * range.high);
     }
+    fmt::print("{:<22} {:.5g} of the assumed material's, 95 %: {:.5g} to {:.5g}\n",
+               "frequency scale", *estimate.frequency_scale, estimate.scale95.low,
+               estimate.scale95.high);
     if (estimate.poisson_ratio) {
       fmt::print("{:<22} {:.3g}, 95 %: {:.3g} to {:.3g}\n", "Poisson's ratio",
                  *estimate.poisson_ratio, estimate.poisson95.low, estimate.poisson95.high);

@@ -134,6 +134,10 @@ class Pitches(Struck):
         self.assert_near(found["youngs_modulus_pa"], 6.2e10, 0.01)
         self.assert_holds(found["confidence95"]["specific_modulus_m2_per_s2"], 6.2e10 / 2600)
         self.assert_holds(found["confidence95"]["poisson_ratio"], 0.2)
+        # Against 70 GPa and the density that was given, with elements whose errors are in the interval.
+        self.assert_holds(found["confidence95"]["frequency_scale"], (6.2e10 / 7.0e10) ** 0.5)
+        self.assert_near(found["frequency_scale"], (6.2e10 / 7.0e10) ** 0.5, 0.005)
+        self.assertIsNone(found["room_rt60_s"])
         self.assert_near(found["parameters"]["alpha1"], 1, 0.2)
         self.assert_near(found["parameters"]["alpha2"], 1e-7, 0.1)
         self.assert_holds(found["parameters"]["confidence95"]["alpha2"], 1e-7)
@@ -157,6 +161,12 @@ class Pitches(Struck):
         alone = run_json("estimate", clips[0], *BOWL, "--poisson-ratio", "0.29")
         joined = run_json("estimate", clips[0], *BOWL, clips[1], "--poisson-ratio", "0.29")
         self.assertGreaterEqual(len(joined["matches"]), len(alone["matches"]))
+        self.assert_near(joined["room_rt60_s"], 0.4, 0.35)
+        self.assert_holds(joined["parameters"]["confidence95"]["alpha1"], 5)
+        self.assert_holds(joined["parameters"]["confidence95"]["alpha2"], 3e-8)
+        text = run("estimate", clips[0], *BOWL, clips[1], "--poisson-ratio", "0.29").stdout
+        self.assertRegex(text, r"frequency scale +[0-9.]+ of the assumed material's, 95 %: [0-9.]+ to [0-9.]+")
+        self.assertIn("a room of RT60 about", text)
         self.assert_near(joined["specific_modulus_m2_per_s2"], 2.0e11 / 7850, 0.02)
         self.assert_holds(joined["confidence95"]["specific_modulus_m2_per_s2"], 2.0e11 / 7850)
 
