@@ -300,8 +300,8 @@ StudyFit fit_material(const std::vector<StudiedStrike>& strikes,
   const material::ModePitches pitches =
       struck_pitches(given, model, material.elastic.poisson_ratio);
   const material::PitchPrior prior = prior_of(given, options);
-  const material::PitchEstimate estimate =
-      material::estimate_from_pitches(sets_of(strikes), std::span(&pitches, 1), options.law, prior);
+  const material::PitchEstimate estimate = material::estimate_from_pitches(
+      sets_of(strikes), std::span(&pitches, 1), options.law, {}, prior);
   StudyFit fit;
   if (options.metric == StudyMetric::pitches) {
     fit_by_pitches(fit, strikes, estimate, pitches, prior);
