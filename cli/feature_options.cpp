@@ -36,6 +36,10 @@ void add_feature_arguments(Command& command, eval::features::FeatureArguments& a
               "energy of a mode against the strongest's, at least [dB]")
       .range(eval::features::lowest_min_level, 0.0)
       .show_default();
+  command
+      .option("--explained", arguments.explained,
+              "fraction of the power of the spectrograms that --method peaks is to account for")
+      .show_default("99.99 %");
   command.option("--max-features", arguments.max_features, "modes at most")
       .range(std::size_t{1}, eval::features::max_feature_count)
       .show_default();

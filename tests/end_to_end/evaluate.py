@@ -334,6 +334,10 @@ class Evaluate(FolderTest):
                 'evaluate.dampings: unknown key; did you mean "damping"?',
             ("sound_counts: [1, 3, 5]", "sound_counts: [1, 30]"):
                 "30 sounds cannot be drawn of 5, the strikes of each object",
+            ("sound_counts: [1, 3, 5]\n    draws: 8\n    draws_from: [object, material]",
+             "sound_counts: [1, 300]\n    draws_from: [material]"):
+                "300 sounds cannot be drawn of 15, the sounds of a material",
+            ("extractors: [esprit, truth]", "explained: 99.99"): "is a fraction, 1 at most",
             ("extractors: [esprit, truth]", "extractors: [espirt]"): 'unknown value "espirt"',
             ("    draws: 8", "    model: hybrid"): "one is damped by rayleigh",
         }
