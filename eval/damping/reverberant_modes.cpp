@@ -22,7 +22,7 @@ constexpr double floor_width = 500;      ///< in which that median is taken [Hz]
 constexpr double min_line_level = 100;   ///< power of a line at its begin over the noise
 constexpr double max_whiteness = 11.2;   ///< one in a thousand of single modes has more
 constexpr double widest_band = 400, narrowest_band = 100;  ///< [1/s]
-constexpr double max_relative_error = 0.3;  ///< of a decay rate, by the likelihood
+constexpr double max_relative_error = 0.2;  ///< of a decay rate, by the likelihood
 /// What errors are beyond those of the likelihood: its factor, and a fraction of d.
 constexpr double model_factor = 1.5, model_error = 0.02;
 constexpr std::size_t max_tries = 300;

@@ -35,7 +35,7 @@ inline constexpr const char* no_reverberant_mode =
 /// @return by frequency, ascending. Errors are the standard errors of the observed Fisher information
 ///         times 1.5, and 2 % of d: so far early reflections and doublets are from the model, as
 ///         measured on sounds whose modes are known (docs/damping.md). Modes whose rate is not told
-///         within 47 % are left out.
+///         within 30 % are left out.
 /// @throws InputError  a sample that is not finite, a rate that is not positive, no time
 std::vector<features::Feature> reverberant_modes(std::span<const double> samples,
                                                  double sample_rate, std::span<const double> rt60,

@@ -121,8 +121,10 @@ TEST(ReverberantModes, FasterThanTheRoomAreFound) {
   const std::vector<Partial> partials = {{640, 3, 1, 1},     {1250, 9, 1, 2},  {2470, 16, 1, 3},
                                          {3900, 40, 1, 0},   {5200, 60, 1, 1}, {6500, 90, 1, 2}};
   const ClipShape shape{44100, 1, 0.05};
-  std::size_t missed = 0, near = 0, all = 0;
-  for (int seed = 1; seed <= 6; ++seed) {
+  constexpr int draws = 6;
+  std::vector<int> times(partials.size(), 0);
+  std::size_t near = 0, all = 0;
+  for (int seed = 1; seed <= draws; ++seed) {
     TestRandom random(static_cast<std::uint64_t>(seed));
     std::vector<double> samples(static_cast<std::size_t>(shape.onset * shape.sample_rate), 0.0);
     const std::vector<double> sound = strike_in_room(partials, {44100, 1, 0}, 0.3, random);
@@ -130,22 +132,24 @@ TEST(ReverberantModes, FasterThanTheRoomAreFound) {
     add_noise(samples, shape, 50, random);
     const double rt60[] = {0.3};  // 23 1/s
     const auto modes = reverberant_modes(samples, shape.sample_rate, rt60, {.min_level = -50});
-    for (const Partial& partial : partials) {
+    for (std::size_t k = 0; k < partials.size(); ++k) {
+      const Partial& partial = partials[k];
       const auto found = std::find_if(modes.begin(), modes.end(), [&](const auto& mode) {
         return std::abs(mode.frequency - partial.frequency) < 15;
       });
-      if (found == modes.end()) {
-        ++missed;
-        continue;
-      }
+      if (found == modes.end()) continue;
+      ++times[k];
       ++all;
       if (std::abs(found->decay_rate - partial.decay_rate) < 2.5 * found->decay_rate_error) ++near;
-      EXPECT_LT(found->decay_rate_error, 0.5 * found->decay_rate);
+      EXPECT_LT(found->decay_rate_error, 0.31 * found->decay_rate);
     }
     // What is no mode of the object is the room's.
     EXPECT_LE(modes.size(), partials.size() + 1);
   }
-  EXPECT_LE(missed, 3u);
+  // Of rates near the room's some draws tell too little.
+  for (std::size_t k = 0; k < partials.size(); ++k) {
+    EXPECT_GE(times[k], partials[k].decay_rate < 20 ? draws : draws / 2) << partials[k].decay_rate;
+  }
   EXPECT_GE(near, all * 9 / 10);
 }
 

@@ -29,7 +29,7 @@ constexpr std::size_t sounds_per_block = 32;
 /// The modes of an object are at hand for all of its sounds.
 constexpr std::size_t truths_per_block = 256;
 /// Of what is kept. Raise it when the same sound gives other features.
-constexpr int revision = 6;
+constexpr int revision = 7;
 
 std::string text_of(const FeatureSource& source) {
   const features::FeatureOptions& o = source.options;
