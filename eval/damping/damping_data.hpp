@@ -13,8 +13,8 @@ struct DampingData {
   std::vector<double> coefficients;  ///< c = 2 d [1/s]
   std::vector<double> errors;        ///< standard errors of c [1/s]; empty: unknown
   /// Standard errors that are in proportion to what c truly is, as those of reverberant_modes()
-  /// are; 0: not in proportion; empty: none is. The mixture takes them in place of errors: where they
-  /// are large, what came out too small would seem too exact.
+  /// are; 0: not in proportion; empty: none is. The mixture takes them in place of errors: where
+  /// they are large, what came out too small would seem too exact.
   std::vector<double> proportions;
   /// c [1/s] above which a point would have been left out, as a room hides what decays faster than
   /// itself; infinite: none; empty: none for any

@@ -19,7 +19,8 @@ struct FitSource {
 };
 
 /// One recording; of a room whose reverberation time is given, the modes that its loudest channel
-/// shows (reverberant_modes()), unless the papers' peaks are asked for. What cannot be read or analysed has no features and says why.
+/// shows (reverberant_modes()), unless the papers' peaks are asked for. What cannot be read or
+/// analysed has no features and says why.
 FitSource fit_source_of_recording(const std::string& path, const features::FeatureOptions& options);
 
 /// One table of features; one without lines says so. What decays faster than a room of the given

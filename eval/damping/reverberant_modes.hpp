@@ -32,7 +32,8 @@ inline constexpr const char* no_reverberant_mode =
 /// @param samples  full scale 1
 /// @param rt60     of the room by octave from 125 Hz on [s], the last one holds above; not empty;
 ///                 octaves of 0 are passed over
-/// @return by frequency, ascending. Errors are the standard errors of the observed Fisher information
+/// @return by frequency, ascending. Errors are the standard errors of the observed Fisher
+/// information
 ///         times 1.5, and 2 % of d: so far early reflections and doublets are from the model, as
 ///         measured on sounds whose modes are known (docs/damping.md). Modes whose rate is not told
 ///         within 30 % are left out.

@@ -70,16 +70,16 @@ std::vector<std::size_t> read_sounds(ConfigNode& node, const EvaluatedDatasets& 
     node.fail("sound_counts",
               fmt::format("{} sounds cannot be drawn of {}, the {}", sounds.back(), maximum,
                           of_one_object ? "strikes of each object" : "sounds of a material"),
-              of_one_object ? "ask for fewer, raise strikes.per_object, or set draws_from: [material]"
-                            : "ask for fewer, or raise strikes.per_object");
+              of_one_object
+                  ? "ask for fewer, raise strikes.per_object, or set draws_from: [material]"
+                  : "ask for fewer, or raise strikes.per_object");
   }
   return sounds;
 }
 
 std::vector<FeatureSource> read_sources(ConfigNode& node) {
   features::FeatureOptions options;
-  const auto names =
-      read_names(node, "extractors", {"esprit", "peaks", room_likelihood, "truth"},
+  const auto names = read_names(node, "extractors", {"esprit", "peaks", room_likelihood, "truth"},
                                 {"esprit", "truth"});
   options.contact_time = node.not_negative("contact_time", Dimension::time, options.contact_time);
   options.min_frequency =
@@ -158,9 +158,8 @@ DampingValidation read_damping_config(ConfigNode& node, const EvaluatedDatasets&
   }
   validation.draws = static_cast<int>(node.integer("draws", 1, 100000, 30));
   validation.from = read_names(node, "draws_from", {"object", "material"}, {"object", "material"});
-  validation.sounds =
-      read_sounds(node, datasets,
-                  std::count(validation.from.begin(), validation.from.end(), "object") > 0);
+  validation.sounds = read_sounds(
+      node, datasets, std::count(validation.from.begin(), validation.from.end(), "object") > 0);
   validation.seed = static_cast<std::uint64_t>(
       node.integer("seed", 0, std::numeric_limits<std::int64_t>::max(), 0));
   ConfigNode features = node.child("features");

@@ -71,8 +71,7 @@ TEST(ReverberantLine, MisfitIsThatOfTheGaussianProcess) {
       }
     }
     const Eigen::LLT<Eigen::MatrixXcd> factor(covariance);
-    const double log_determinant =
-        2 * factor.matrixLLT().diagonal().real().array().log().sum();
+    const double log_determinant = 2 * factor.matrixLLT().diagonal().real().array().log().sum();
     const double expected = log_determinant + rest.dot(factor.solve(rest)).real();
     const double at[4] = {mode.omega, std::log(d), std::log(mode.drive), std::log(noise)};
     EXPECT_NEAR(line_misfit(band, mode.room_rate, at), expected, 1e-8 * std::abs(expected)) << d;
@@ -118,8 +117,8 @@ TEST(ReverberantLine, ScatterIsThatOfTheBound) {
 }
 
 TEST(ReverberantModes, FasterThanTheRoomAreFound) {
-  const std::vector<Partial> partials = {{640, 3, 1, 1},     {1250, 9, 1, 2},  {2470, 16, 1, 3},
-                                         {3900, 40, 1, 0},   {5200, 60, 1, 1}, {6500, 90, 1, 2}};
+  const std::vector<Partial> partials = {{640, 3, 1, 1},   {1250, 9, 1, 2},  {2470, 16, 1, 3},
+                                         {3900, 40, 1, 0}, {5200, 60, 1, 1}, {6500, 90, 1, 2}};
   const ClipShape shape{44100, 1, 0.05};
   constexpr int draws = 6;
   std::vector<int> times(partials.size(), 0);

@@ -54,8 +54,7 @@ struct Parts {
     const Mixture own = number(numbers[0], sigma);
     const double known = observed.proportion;
     const Mixture log_proportion =
-        log(m) +
-        (known > 0 ? 0.5 * log_sum(2 * own, fixed(2 * std::log(known))) : own);
+        log(m) + (known > 0 ? 0.5 * log_sum(2 * own, fixed(2 * std::log(known))) : own);
     log_sigma =
         error > 0 ? 0.5 * log_sum(2 * log_proportion, fixed(2 * std::log(error))) : log_proportion;
     log_means[0] = number(numbers[1], touched);

@@ -17,7 +17,7 @@ using Complex = std::complex<double>;
 using LineJet = Jet<4>;
 enum LinePlace { line_omega, line_decay, line_drive, line_noise };
 
-constexpr int filter_reach = 4;        // samples of the band
+constexpr int filter_reach = 4;  // samples of the band
 constexpr double filter_roll_off = 0.6;
 constexpr std::size_t min_samples = 12;
 
@@ -126,8 +126,10 @@ BandSignal band_signal(std::span<const double> sound, double sample_rate, double
                        double rate) {
   const auto every = static_cast<std::size_t>(std::max(1.0, std::round(sample_rate / rate)));
   const std::size_t reach = filter_reach * every;
-  BandSignal band{frequency, sample_rate / static_cast<double>(every),
-                  static_cast<double>(reach) / sample_rate, {}};
+  BandSignal band{frequency,
+                  sample_rate / static_cast<double>(every),
+                  static_cast<double>(reach) / sample_rate,
+                  {}};
   std::vector<Complex> taps(2 * reach + 1);
   double energy = 0;
   for (std::size_t k = 0; k < taps.size(); ++k) {
@@ -135,7 +137,8 @@ BandSignal band_signal(std::span<const double> sound, double sample_rate, double
     const double window = 0.5 + 0.5 * std::cos(std::numbers::pi * t / (filter_reach + 0.25));
     const double tap = window * root_raised_cosine(t);
     energy += tap * tap;
-    taps[k] = std::polar(tap, -2 * std::numbers::pi * frequency * static_cast<double>(k) / sample_rate);
+    taps[k] =
+        std::polar(tap, -2 * std::numbers::pi * frequency * static_cast<double>(k) / sample_rate);
   }
   for (std::size_t first = 0; first + taps.size() <= sound.size(); first += every) {
     Complex sum = 0;
@@ -166,8 +169,7 @@ std::optional<ReverberantLine> fit_line(const BandSignal& band, double room_rate
                           std::log(1e-13 * peak)),
           Eigen::Vector4d(widest, std::log(fastest), std::log(1e8 * peak), std::log(peak))};
   const Objective objective = [&](const Eigen::VectorXd& x) {
-    const LineJet jet =
-        misfit_jet(band, room_rate, std::span<const double, 4>(x.data(), 4));
+    const LineJet jet = misfit_jet(band, room_rate, std::span<const double, 4>(x.data(), 4));
     return LocalModel{jet.value, jet.first, jet.second};
   };
   BoundedMinimum best;

@@ -20,21 +20,21 @@ struct BandSignal {
 BandSignal band_signal(std::span<const double> sound, double sample_rate, double frequency,
                        double rate);
 
-/// A mode in a room. Its tail is Gaussian noise of a decay rate of its own (delta), so that the mode
-/// is driven by noise when it is heard,
+/// A mode in a room. Its tail is Gaussian noise of a decay rate of its own (delta), so that the
+/// mode is driven by noise when it is heard,
 ///
 ///   dy = (-d + i omega) y dt + sqrt(q) exp(-delta t) dW,   z = y + noise of variance R,
 ///
 /// and its likelihood is that of a Kalman filter's innovations. Early reflections count as part of
 /// the tail.
 struct ReverberantLine {
-  double frequency = 0;         ///< [Hz]
-  double decay_rate = 0;        ///< d [1/s]
-  double frequency_error = 0;   ///< standard errors, by the observed Fisher information
+  double frequency = 0;        ///< [Hz]
+  double decay_rate = 0;       ///< d [1/s]
+  double frequency_error = 0;  ///< standard errors, by the observed Fisher information
   double decay_rate_error = 0;
-  double level = 0;     ///< power at the begin over the noise's
-  double whiteness = 0; ///< of the innovations: N times the sum of squared autocorrelations at lags
-                        ///< 1 to 3, gamma of shape 3 where one mode is all there is
+  double level = 0;      ///< power at the begin over the noise's
+  double whiteness = 0;  ///< of the innovations: N times the sum of squared autocorrelations at
+                         ///< lags 1 to 3, gamma of shape 3 where one mode is all there is
 };
 
 /// The most likely mode of a band; none where no maximum lies within the bounds: d from 0.02 delta

@@ -33,9 +33,10 @@ constexpr int revision = 7;
 
 std::string text_of(const FeatureSource& source) {
   const features::FeatureOptions& o = source.options;
-  return fmt::format("{} {} {} {} {} {} {} {} {} carillon {} revision {}", source.name, o.contact_time,
-                     o.min_frequency, o.max_frequency, o.min_decay_rate.value_or(-1), o.min_level,
-                     o.max_features, o.explained, source.truth || o.keep_reverberant, core::version(), revision);
+  return fmt::format("{} {} {} {} {} {} {} {} {} carillon {} revision {}", source.name,
+                     o.contact_time, o.min_frequency, o.max_frequency,
+                     o.min_decay_rate.value_or(-1), o.min_level, o.max_features, o.explained,
+                     source.truth || o.keep_reverberant, core::version(), revision);
 }
 
 /// SHA-256 of the files of a dataset by their paths.
@@ -171,8 +172,8 @@ features::FeatureSet found_features(std::span<const double> samples, double samp
     return features::extract_features(samples, sample_rate, options);
   }
   features::FeatureSet set;
-  set.features = damping::reverberant_modes(samples, sample_rate, rt60,
-                                            damping::reverberant_options(options));
+  set.features =
+      damping::reverberant_modes(samples, sample_rate, rt60, damping::reverberant_options(options));
   if (set.features.empty()) set.nothing = damping::no_reverberant_mode;
   return set;
 }
@@ -191,8 +192,7 @@ std::vector<SoundBlock> sound_blocks(const EvaluatedDatasets& datasets,
       const dataset::plan::BuildTask& task = plan.tasks[t];
       const auto listed = files.find(task.key + ".h5");
       if (task.kind != dataset::plan::TaskKind::samples || listed == files.end()) continue;
-      const bool in_room =
-          Hdf5Group::open_file(condition.folder / listed->first).has("room_rt60");
+      const bool in_room = Hdf5Group::open_file(condition.folder / listed->first).has("room_rt60");
       for (std::size_t s = 0; s < sources.size(); ++s) {
         FeatureSource computed = sources[s];
         // Without a room it is the same, and is not computed twice.
@@ -203,8 +203,8 @@ std::vector<SoundBlock> sound_blocks(const EvaluatedDatasets& datasets,
               c,  s, t, first, std::min(size, task.count - first), condition.folder / listed->first,
               "", ""};
           block.key = fmt::format("{}/{}/{}+{}", sources[s].name, condition.name, task.key, first);
-          const std::string name = core::sha256(fmt::format("{}\n{} {}\n{}", listed->second, first,
-                                                            block.count, text_of(computed)));
+          const std::string name = core::sha256(
+              fmt::format("{}\n{} {}\n{}", listed->second, first, block.count, text_of(computed)));
           block.file = folder / (name.substr(0, 32) + ".h5");
           blocks.push_back(std::move(block));
         }
