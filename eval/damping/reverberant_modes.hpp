@@ -28,7 +28,7 @@ inline constexpr const char* no_reverberant_mode =
 /// Modes of a sound that was recorded in a room of known reverberation time, those that decay
 /// faster than the room among them: from each line of the spectrum the decay rate that is most
 /// likely where the room's tail is Gaussian noise of its own decay (ReverberantLine). Amplitudes
-/// and phases are not known.
+/// and phases are not known. What is heard later than 5.8 reverberation times is not looked at.
 /// @param samples  full scale 1
 /// @param rt60     of the room by octave from 125 Hz on [s], the last one holds above; not empty;
 ///                 octaves of 0 are passed over
