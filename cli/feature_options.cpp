@@ -28,9 +28,10 @@ void add_feature_arguments(Command& command, eval::features::FeatureArguments& a
           "what decays slower is a hum, all else a mode [1/s]; without it a hum is told by what "
           "was there before the strike")
       .show_default("by evidence");
-  command.option("--rt60", arguments.rt60,
-                 "reverberation time of the room, or T1,T2,... by octave from 125 Hz on: modes "
-                 "that cannot be told from its decay are marked; fit finds them by how the room decays");
+  command.option(
+      "--rt60", arguments.rt60,
+      "reverberation time of the room, or T1,T2,... by octave from 125 Hz on: modes "
+      "that cannot be told from its decay are marked; fit finds them by how the room decays");
   command
       .option("--min-level", arguments.min_level,
               "energy of a mode against the strongest's, at least [dB]")

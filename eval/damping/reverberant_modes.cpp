@@ -17,12 +17,12 @@ namespace carillon::eval::damping {
 
 namespace {
 
-constexpr double above_floor = 30;      ///< power of a peak against the median about it
-constexpr double floor_width = 500;     ///< in which that median is taken [Hz]
-constexpr double min_line_level = 100;  ///< power of a line at its begin over the noise
-constexpr double max_whiteness = 11.2;  ///< one in a thousand of single modes has more
+constexpr double above_floor = 30;                ///< power of a peak against the median about it
+constexpr double floor_width = 500;               ///< in which that median is taken [Hz]
+constexpr double min_line_level = 100;            ///< power of a line at its begin over the noise
+constexpr double max_whiteness = 11.2;            ///< one in a thousand of single modes has more
 constexpr double band_rates[] = {400, 200, 100};  ///< [1/s]
-constexpr double max_relative_error = 0.2;                 ///< of a decay rate, by the likelihood
+constexpr double max_relative_error = 0.2;        ///< of a decay rate, by the likelihood
 /// What errors are beyond those of the likelihood: its factor, and a fraction of d.
 constexpr double model_factor = 1.5, model_error = 0.02;
 constexpr std::size_t max_tries = 300;
