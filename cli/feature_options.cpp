@@ -28,14 +28,19 @@ void add_feature_arguments(Command& command, eval::features::FeatureArguments& a
           "what decays slower is a hum, all else a mode [1/s]; without it a hum is told by what "
           "was there before the strike")
       .show_default("by evidence");
-  command.option("--rt60", arguments.rt60,
-                 "reverberation time of the room, or T1,T2,... by octave from 125 Hz on: modes "
-                 "that cannot be told from its decay are marked");
+  command.option(
+      "--rt60", arguments.rt60,
+      "reverberation time of the room, or T1,T2,... by octave from 125 Hz on: modes "
+      "that cannot be told from its decay are marked; fit finds them by how the room decays");
   command
       .option("--min-level", arguments.min_level,
               "energy of a mode against the strongest's, at least [dB]")
       .range(eval::features::lowest_min_level, 0.0)
       .show_default();
+  command
+      .option("--explained", arguments.explained,
+              "fraction of the power of the spectrograms that --method peaks is to account for")
+      .show_default("99.99 %");
   command.option("--max-features", arguments.max_features, "modes at most")
       .range(std::size_t{1}, eval::features::max_feature_count)
       .show_default();

@@ -81,6 +81,7 @@ FeatureArguments feature_arguments(const Given& given) {
   given.read("rt60", arguments.rt60);
   given.read("min_level", arguments.min_level);
   given.read("max_features", arguments.max_features);
+  given.read("explained", arguments.explained);
   return arguments;
 }
 

@@ -45,17 +45,29 @@ DampingData damping_data(std::span<const features::Feature> features,
   return data;
 }
 
+DampingData reverberant_data(std::span<const features::Feature> modes) {
+  DampingData data = damping_data(modes);
+  for (const features::Feature& mode : modes) {
+    if (!mode.reverberant) data.proportions.push_back(mode.decay_rate_error / mode.decay_rate);
+  }
+  return data;
+}
+
 DampingData joined(std::span<const DampingData> parts) {
   DampingData all;
-  bool rooms = false;
-  for (const DampingData& part : parts) rooms = rooms || !part.ceilings.empty();
+  bool rooms = false, proportions = false;
+  for (const DampingData& part : parts) {
+    rooms = rooms || !part.ceilings.empty();
+    proportions = proportions || !part.proportions.empty();
+  }
   for (const DampingData& part : parts) {
     append(all.eigenvalues, part.eigenvalues);
     append(all.coefficients, part.coefficients);
     append(all.errors, part.errors);
-    if (!rooms) continue;
     append(all.ceilings, part.ceilings);
-    all.ceilings.resize(all.size(), core::infinity);
+    if (rooms) all.ceilings.resize(all.size(), core::infinity);
+    append(all.proportions, part.proportions);
+    if (proportions) all.proportions.resize(all.size(), 0.0);
   }
   if (all.errors.size() != all.size()) all.errors.clear();
   return all;

@@ -1,15 +1,62 @@
 #include "eval/damping/fit_inputs.hpp"
 
+#include <algorithm>
+
+#include "core/audio.hpp"
 #include "core/error.hpp"
+#include "eval/damping/reverberant_modes.hpp"
 #include "eval/features/feature_table.hpp"
 #include "eval/features/read_clip.hpp"
 
 namespace carillon::eval::damping {
 
+namespace {
+
+/// The channel of most energy.
+std::vector<double> loudest_channel(const core::AudioClip& clip) {
+  const auto width = static_cast<std::size_t>(clip.channels);
+  std::vector<double> loudest;
+  double most = -1;
+  for (std::size_t c = 0; c < width; ++c) {
+    std::vector<double> samples;
+    double energy = 0;
+    for (std::size_t n = c; n < clip.samples.size(); n += width) {
+      samples.push_back(clip.samples[n]);
+      energy += samples.back() * samples.back();
+    }
+    if (energy <= most) continue;
+    most = energy;
+    loudest = std::move(samples);
+  }
+  return loudest;
+}
+
+bool is_by_room(const features::FeatureOptions& options) {
+  const bool in_room =
+      std::any_of(options.rt60.begin(), options.rt60.end(), [](double time) { return time > 0; });
+  return in_room && options.method == features::FeatureMethod::esprit;
+}
+
+/// Modes of a recording in a room.
+void read_reverberant(const std::string& path, const features::FeatureOptions& options,
+                      FitSource& source) {
+  const core::AudioClip clip = core::read_audio(path);
+  source.by_room = true;
+  source.features = reverberant_modes(loudest_channel(clip), clip.sample_rate, options.rt60,
+                                      reverberant_options(options));
+  if (source.features.empty()) source.nothing = no_reverberant_mode;
+}
+
+}  // namespace
+
 FitSource fit_source_of_recording(const std::string& path,
                                   const features::FeatureOptions& options) {
   FitSource source{path, {}, "", {}, options.rt60};
   try {
+    if (is_by_room(options)) {
+      read_reverberant(path, options, source);
+      return source;
+    }
     features::FeatureSet found = features::read_features(path, options);
     source.features = std::move(found.features);
     source.remarks = std::move(found.remarks);
@@ -38,7 +85,8 @@ FitSource fit_source_of_table(const std::string& path, const std::vector<double>
 DampingData fitted_data(const std::vector<FitSource>& sources) {
   std::vector<DampingData> parts;
   for (const FitSource& source : sources) {
-    parts.push_back(damping_data(source.features, source.rt60));
+    parts.push_back(source.by_room ? reverberant_data(source.features)
+                                   : damping_data(source.features, source.rt60));
   }
   return joined(parts);
 }

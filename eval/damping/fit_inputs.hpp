@@ -15,9 +15,12 @@ struct FitSource {
   std::string nothing;               ///< why there are no features; "" where there are
   std::vector<std::string> remarks;  ///< of what was left out
   std::vector<double> rt60;          ///< of the room, by octave [s]; empty: none is known
+  bool by_room = false;              ///< features are those of reverberant_modes()
 };
 
-/// One recording. What cannot be read or analysed has no features and says why.
+/// One recording; of a room whose reverberation time is given, the modes that its loudest channel
+/// shows (reverberant_modes()), unless the papers' peaks are asked for. What cannot be read or
+/// analysed has no features and says why.
 FitSource fit_source_of_recording(const std::string& path, const features::FeatureOptions& options);
 
 /// One table of features; one without lines says so. What decays faster than a room of the given

@@ -48,6 +48,8 @@ void check(std::span<const double> samples, double sample_rate, const FeatureOpt
   require(std::all_of(options.rt60.begin(), options.rt60.end(), is_time),
           "reverberation times (rt60) must be from 0 to 1e6 s");
   require(options.duration > 0, "the duration must be positive");
+  require(options.explained > 0 && options.explained <= 1,
+          "the explained fraction must be above 0, and 1 at most");
   if (options.min_frequency > highest_frequency * sample_rate) {
     throw InputError(
         fmt::format("no mode can lie above {:g} Hz in a recording of {:g} Hz",

@@ -33,6 +33,9 @@ struct FeatureOptions {
   bool keep_reverberant = true;
   double min_level = -40;          ///< energy of a mode against the strongest's [dB]
   std::size_t max_features = 100;  ///< of a channel, those of most energy
+  /// Fraction of the power of the spectrograms that the papers' peaks are to account for: then no
+  /// more are looked for.
+  double explained = 0.9999;
 };
 
 /// A steady tone that is not the object's, or does not decay as long as it is heard.

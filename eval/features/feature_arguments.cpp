@@ -62,6 +62,10 @@ FeatureOptions feature_options(const FeatureArguments& arguments) {
     throw InputError(fmt::format("--max-features: {} lies outside 1 to {}", arguments.max_features,
                                  max_feature_count));
   }
+  read(arguments.explained, Dimension::none, "--explained", options.explained);
+  if (!(options.explained > 0 && options.explained <= 1)) {
+    throw InputError(fmt::format("--explained: {:g} lies outside 0 to 100 %", options.explained));
+  }
   options.min_level = arguments.min_level;
   options.max_features = arguments.max_features;
   return options;

@@ -15,7 +15,8 @@ constexpr std::size_t max_feature_count = 5000;  ///< of a channel
 struct FeatureArguments {
   std::string method = "esprit";
   std::string onset, contact_time, duration, min_frequency, max_frequency, min_decay_rate;
-  std::string rt60;  ///< one or several with commas between them, by octave from 125 Hz on
+  std::string explained;  ///< a fraction, or with "%"
+  std::string rt60;       ///< one or several with commas between them, by octave from 125 Hz on
   double min_level = -40;
   std::size_t max_features = 100;
 };

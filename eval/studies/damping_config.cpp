@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <map>
 
 #include "eval/damping/law_text.hpp"
 #include "eval/studies/detail/damping_validation.hpp"
@@ -33,7 +34,22 @@ std::vector<std::string> read_names(ConfigNode& node, const std::string& key,
   return names;
 }
 
-std::vector<std::size_t> read_sounds(ConfigNode& node, const EvaluatedDatasets& datasets) {
+/// Sounds of a material, or of each of its objects, at least.
+std::size_t drawable_sounds(const Condition& condition, bool of_one_object) {
+  const std::size_t of_object = condition.build->config.scene.strikes_per_object();
+  if (of_one_object) return of_object;
+  std::map<std::string, std::size_t> of_material;
+  for (const dataset::plan::Sample& sample : condition.build->plan.samples) {
+    const dataset::plan::Shape& shape = condition.build->plan.shapes[sample.shape];
+    ++of_material[shape.variants[sample.variant].material];
+  }
+  std::size_t fewest = std::numeric_limits<std::size_t>::max();
+  for (const auto& [material, count] : of_material) fewest = std::min(fewest, count);
+  return fewest;
+}
+
+std::vector<std::size_t> read_sounds(ConfigNode& node, const EvaluatedDatasets& datasets,
+                                     bool of_one_object) {
   const auto values = node.quantities("sound_counts", Dimension::none, 0,
                                       std::vector<double>{1, 2, 5, 10, 20, 50, 100});
   std::vector<std::size_t> sounds;
@@ -49,20 +65,22 @@ std::vector<std::size_t> read_sounds(ConfigNode& node, const EvaluatedDatasets& 
     node.fail("sound_counts", "the same number stands here twice");
   }
   for (const Condition& condition : datasets.conditions()) {
-    const std::size_t maximum = condition.build->config.scene.strikes_per_object();
+    const std::size_t maximum = drawable_sounds(condition, of_one_object);
     if (sounds.back() <= maximum) continue;
     node.fail("sound_counts",
-              fmt::format("{} sounds cannot be drawn of {}, the strikes of each object",
-                          sounds.back(), maximum),
-              "ask for fewer, or raise strikes.per_object");
+              fmt::format("{} sounds cannot be drawn of {}, the {}", sounds.back(), maximum,
+                          of_one_object ? "strikes of each object" : "sounds of a material"),
+              of_one_object
+                  ? "ask for fewer, raise strikes.per_object, or set draws_from: [material]"
+                  : "ask for fewer, or raise strikes.per_object");
   }
   return sounds;
 }
 
 std::vector<FeatureSource> read_sources(ConfigNode& node) {
   features::FeatureOptions options;
-  const auto names =
-      read_names(node, "extractors", {"esprit", "peaks", "truth"}, {"esprit", "truth"});
+  const auto names = read_names(node, "extractors", {"esprit", "peaks", room_likelihood, "truth"},
+                                {"esprit", "truth"});
   options.contact_time = node.not_negative("contact_time", Dimension::time, options.contact_time);
   options.min_frequency =
       node.quantity("min_frequency", Dimension::frequency, options.min_frequency);
@@ -72,6 +90,8 @@ std::vector<FeatureSource> read_sources(ConfigNode& node) {
     options.min_decay_rate = node.not_negative("min_decay_rate", Dimension::none, 0);
   }
   options.min_level = node.quantity("min_level", Dimension::none, options.min_level);
+  options.explained = node.positive("explained", Dimension::none, options.explained);
+  if (options.explained > 1) node.fail("explained", "is a fraction, 1 at most");
   options.max_features = static_cast<std::size_t>(
       node.integer("max_features", 1, 1000000, static_cast<std::int64_t>(options.max_features)));
   if (!(options.min_frequency >= 0 && options.max_frequency > options.min_frequency)) {
@@ -136,9 +156,10 @@ DampingValidation read_damping_config(ConfigNode& node, const EvaluatedDatasets&
   for (const std::string& name : read_names(node, "estimators", all, all)) {
     validation.estimators.push_back({name, damping::estimator_named(name)});
   }
-  validation.sounds = read_sounds(node, datasets);
   validation.draws = static_cast<int>(node.integer("draws", 1, 100000, 30));
   validation.from = read_names(node, "draws_from", {"object", "material"}, {"object", "material"});
+  validation.sounds = read_sounds(
+      node, datasets, std::count(validation.from.begin(), validation.from.end(), "object") > 0);
   validation.seed = static_cast<std::uint64_t>(
       node.integer("seed", 0, std::numeric_limits<std::int64_t>::max(), 0));
   ConfigNode features = node.child("features");

@@ -160,7 +160,8 @@ def features(samples: numpy.typing.ArrayLike, rate: Quantity | None = None, *, m
              onset: Quantity | None = None, contact_time: Quantity | None = None,
              min_frequency: Quantity | None = None, max_frequency: Quantity | None = None,
              min_decay_rate: Quantity | None = None, rt60: Quantity | Sequence[Quantity] | None = None,
-             min_level: Quantity | None = None, max_features: int | None = None) -> Features:
+             min_level: Quantity | None = None, max_features: int | None = None,
+             explained: Quantity | None = None) -> Features:
     """Modal features of a struck object's sound.
 
     samples: [samples] or [channels, samples], full scale 1; rate: [Hz], of a Sound its own.
@@ -169,7 +170,8 @@ def features(samples: numpy.typing.ArrayLike, rate: Quantity | None = None, *, m
     Raises InputError: a sample that is not finite, options out of range.
     """
     quantities = {"onset": onset, "contact_time": contact_time, "min_frequency": min_frequency,
-                  "max_frequency": max_frequency, "min_decay_rate": min_decay_rate}
+                  "max_frequency": max_frequency, "min_decay_rate": min_decay_rate,
+                  "explained": explained}
     texts = {name: arguments.quantity_text(value) for name, value in quantities.items() if value is not None}
     options = arguments.settings(
         method=arguments.word(method, "method"), rt60=arguments.rt60_text(rt60),

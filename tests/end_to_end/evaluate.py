@@ -305,6 +305,20 @@ class Evaluate(FolderTest):
                     if row["sounds"] == "3" and int(row["draw"]) < 4]
         self.assertEqual(fits(other), fits(self.output))
 
+    def test_the_rooms_likelihood_finds_more_in_rooms_and_is_esprit_without_one(self):
+        output = self.folder / "likelihood"
+        shutil.copytree(self.output, output)
+        document = run_json("evaluate", self.config, "-o", output, "--set",
+                            "evaluate.damping.features.extractors=[esprit, room_likelihood]")
+        self.assertEqual(document["tasks_run"]["features"], 3)  # a shard of each object, in rooms
+        count = {(row["condition"], row["features"]): row["median_per_sound"] for row in document["found_features"]}
+        self.assertEqual(count["clean", "room_likelihood"], count["clean", "esprit"])
+        self.assertGreater(count["noise and room", "room_likelihood"], count["noise and room", "esprit"])
+        medians = {name: [row["median"] for row in document["errors"]
+                          if (row["condition"], row["features"]) == ("clean", name)]
+                   for name in ("esprit", "room_likelihood")}
+        self.assertEqual(medians["esprit"], medians["room_likelihood"])
+
     def test_a_dataset_alone_is_evaluated_and_build_and_plan_leave_it_alone(self):
         output = self.folder / "single"
         single = ("--set", "sweep=", "--set", "effects={noise: off, room: off, tail: off}")
@@ -334,6 +348,10 @@ class Evaluate(FolderTest):
                 'evaluate.dampings: unknown key; did you mean "damping"?',
             ("sound_counts: [1, 3, 5]", "sound_counts: [1, 30]"):
                 "30 sounds cannot be drawn of 5, the strikes of each object",
+            ("sound_counts: [1, 3, 5]\n    draws: 8\n    draws_from: [object, material]",
+             "sound_counts: [1, 300]\n    draws_from: [material]"):
+                "300 sounds cannot be drawn of 15, the sounds of a material",
+            ("extractors: [esprit, truth]", "explained: 99.99"): "is a fraction, 1 at most",
             ("extractors: [esprit, truth]", "extractors: [espirt]"): 'unknown value "espirt"',
             ("    draws: 8", "    model: hybrid"): "one is damped by rayleigh",
         }

@@ -207,6 +207,30 @@ class Fits(FolderTest):
         result = run_json("fit", "--features", path, "--rt60", "0.2")
         self.assertEqual(result["points"], int((d < math.log(1000) / 0.2).sum()))
 
+    def test_modes_faster_than_the_room_are_found_by_how_the_room_decays(self):
+        numbers = numpy.random.default_rng(5)
+        rate, rt60, law = 44100, 0.3, (8, 4e-8)  # the room's c is 46 1/s
+        frequencies = numpy.array([700, 1300, 2100, 3000, 4100, 5200, 6300])
+        t = numpy.arange(rate) / rate
+        paths = []
+        for k in range(6):
+            f = frequencies * (1 + 0.03 * k)
+            d = (law[0] + law[1] * (2 * math.pi * f)**2) / 2  # up to 44 1/s
+            response = 0.02 * numpy.exp(-math.log(1000) / rt60 * t) * numpy.random.default_rng(k).normal(size=rate)
+            response[0] = 1
+            dry = sum(numpy.exp(-b * t) * numpy.cos(2 * math.pi * a * t + numbers.uniform(0, 6)) for a, b in zip(f, d))
+            wet = numpy.fft.irfft(numpy.fft.rfft(dry, 2 * rate) * numpy.fft.rfft(response, 2 * rate))[:rate]
+            wet = 0.5 * wet / numpy.abs(wet).max() + numbers.normal(0, 1e-4, rate)
+            paths.append(self.folder / f"room{k}.wav")
+            write_wav(paths[-1], numpy.concatenate([numbers.normal(0, 1e-4, 2000), wet]))
+        known = run_json("fit", *paths, "--rt60", str(rt60))
+        unknown = run_json("fit", *paths)
+        self.assertGreater(known["points"], 25)
+        self.assertGreater(sum(f["decay_rate_per_s"] > math.log(1000) / rt60 for f in known["features"]), 4)
+        for alpha, true, within in (("alpha1", law[0], 0.15), ("alpha2", law[1], 0.1)):
+            self.assertLess(abs(known["parameters"][alpha] / true - 1), within)
+        self.assertGreater(abs(unknown["parameters"]["alpha2"] / law[1] - 1), 0.3)
+
     def test_units_and_other_quantities(self):
         f, d = drawn(60)
         zeta = d / numpy.sqrt((2 * math.pi * f)**2 + d**2)

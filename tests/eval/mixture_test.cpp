@@ -45,6 +45,24 @@ TEST(Mixture, IsTheIntegralOfItsDefinition) {
   }
 }
 
+TEST(Mixture, AProportionIsAnErrorOfTheLawsValue) {
+  const auto numbers = numbers_of(0.03, 7, 0.5, 0.3);
+  for (const double m : {4.0, 12.0}) {
+    Observed in_proportion{10.5}, absolute{10.5, 0.2 * m};
+    in_proportion.proportion = 0.2;
+    const MixtureJet relative = mixture_log_density(in_proportion, m, numbers);
+    const MixtureJet known = mixture_log_density(absolute, m, numbers);
+    EXPECT_NEAR(relative.value, known.value, 1e-12) << m;
+    // The error grows with the law.
+    const double h = 1e-5;
+    const double slope = (mixture_log_density(in_proportion, m + h, numbers).value -
+                          mixture_log_density(in_proportion, m - h, numbers).value) /
+                         (2 * h);
+    EXPECT_NEAR(relative.first[0], slope, 1e-7) << m;
+    EXPECT_GT(std::abs(relative.first[0] - known.first[0]), 1e-3) << m;
+  }
+}
+
 TEST(Mixture, BelowACeilingSumsToOne) {
   for (const double m : {2.0, 12.0, 35.0, 90.0}) {
     const auto numbers = numbers_of(0.05, 6, 0.5, 0.4);

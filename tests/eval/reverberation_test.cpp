@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <complex>
 #include <numbers>
 
 #include "eval/features/extract_features.hpp"
@@ -26,29 +25,6 @@ TEST(Reverberation, ReverberantOnesAreMarked) {
   EXPECT_FALSE(set.features[0].reverberant);
   EXPECT_TRUE(set.features[1].reverberant);
   EXPECT_TRUE(set.features[2].reverberant);
-}
-
-/// A strike in a room: direct sound and noise that decays, which each mode rings in.
-std::vector<double> strike_in_room(std::span<const Partial> partials, const ClipShape& shape,
-                                   double rt60, TestRandom& random) {
-  const auto count = static_cast<std::size_t>(shape.seconds * shape.sample_rate);
-  std::vector<double> response(count), samples(count, 0.0);
-  for (std::size_t n = 0; n < count; ++n) {
-    const double time = static_cast<double>(n) / shape.sample_rate;
-    response[n] = 0.02 * std::exp(-std::log(1000.0) / rt60 * time) * random.normal();
-  }
-  response[0] = 1;
-  for (const Partial& partial : partials) {
-    const std::complex<double> turn = std::exp(
-        std::complex<double>(-partial.decay_rate, 2 * std::numbers::pi * partial.frequency) /
-        shape.sample_rate);
-    std::complex<double> ringing = 0;
-    for (std::size_t n = 0; n < count; ++n) {
-      ringing = turn * ringing + std::polar(partial.amplitude, partial.phase) * response[n];
-      samples[n] += ringing.real();
-    }
-  }
-  return samples;
 }
 
 TEST(Reverberation, TheRoomsOwnDecaysAreMarked) {

@@ -33,6 +33,28 @@ std::vector<double> strike_clip(std::span<const Partial> partials, const ClipSha
   return samples;
 }
 
+std::vector<double> strike_in_room(std::span<const Partial> partials, const ClipShape& shape,
+                                   double rt60, TestRandom& random) {
+  const auto count = static_cast<std::size_t>(shape.seconds * shape.sample_rate);
+  std::vector<double> response(count), samples(count, 0.0);
+  for (std::size_t n = 0; n < count; ++n) {
+    const double time = static_cast<double>(n) / shape.sample_rate;
+    response[n] = 0.02 * std::exp(-std::log(1000.0) / rt60 * time) * random.normal();
+  }
+  response[0] = 1;
+  for (const Partial& partial : partials) {
+    const std::complex<double> turn = std::exp(
+        std::complex<double>(-partial.decay_rate, 2 * std::numbers::pi * partial.frequency) /
+        shape.sample_rate);
+    std::complex<double> ringing = 0;
+    for (std::size_t n = 0; n < count; ++n) {
+      ringing = turn * ringing + std::polar(partial.amplitude, partial.phase) * response[n];
+      samples[n] += ringing.real();
+    }
+  }
+  return samples;
+}
+
 double add_noise(std::vector<double>& samples, const ClipShape& shape, double snr_db,
                  TestRandom& random) {
   const auto onset = static_cast<std::size_t>(std::llround(shape.onset * shape.sample_rate));

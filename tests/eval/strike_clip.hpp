@@ -35,6 +35,10 @@ struct ClipShape {
 /// A plain sum over partials from the onset on.
 std::vector<double> strike_clip(std::span<const Partial> partials, const ClipShape& shape);
 
+/// A strike in a room: direct sound and noise that decays, which each mode rings in.
+std::vector<double> strike_in_room(std::span<const Partial> partials, const ClipShape& shape,
+                                   double rt60, TestRandom& random);
+
 /// Adds white noise at a ratio to the mean power of the 100 ms after the onset.
 /// @return its standard deviation
 double add_noise(std::vector<double>& samples, const ClipShape& shape, double snr_db,

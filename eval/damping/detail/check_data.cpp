@@ -42,6 +42,10 @@ void check_data(const DampingData& data, const DampingLaw& law, Estimator estima
     throw InputError(fmt::format("{} eigenvalues, but {} damping coefficients and {} errors",
                                  data.size(), data.coefficients.size(), data.errors.size()));
   }
+  if (!data.proportions.empty() && data.proportions.size() != data.size()) {
+    throw core::InputError(
+        fmt::format("{} eigenvalues, but {} proportions", data.size(), data.proportions.size()));
+  }
   if (!data.ceilings.empty() && data.ceilings.size() != data.size()) {
     throw InputError(
         fmt::format("{} eigenvalues, but {} ceilings", data.size(), data.ceilings.size()));

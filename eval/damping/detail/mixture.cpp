@@ -51,7 +51,10 @@ struct Parts {
     using namespace mixture_place;
     const double error = observed.error;
     m = number(law, mixture_place::law);
-    const Mixture log_proportion = number(numbers[0], sigma) + log(m);
+    const Mixture own = number(numbers[0], sigma);
+    const double known = observed.proportion;
+    const Mixture log_proportion =
+        log(m) + (known > 0 ? 0.5 * log_sum(2 * own, fixed(2 * std::log(known))) : own);
     log_sigma =
         error > 0 ? 0.5 * log_sum(2 * log_proportion, fixed(2 * std::log(error))) : log_proportion;
     log_means[0] = number(numbers[1], touched);

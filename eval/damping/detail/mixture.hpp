@@ -18,6 +18,7 @@ struct Observed {
   double error = 0;  ///< standard error; 0: not known
   double ceiling =
       std::numeric_limits<double>::infinity();  ///< c above it would not have been seen
+  double proportion = 0;  ///< standard error as a fraction of the law's value, besides error
 };
 
 /// How often an observation is something that is no mode of the material, or not one alone.
@@ -25,7 +26,7 @@ inline constexpr double outlier_share = 0.05;
 
 /// ln of the density of what is observed where the law's value is m:
 ///
-///   c = m + N(0, (s m)^2 + error^2) + excess
+///   c = m + N(0, (s^2 + proportion^2) m^2 + error^2) + excess
 ///   excess ~ Exp(mean t1) with probability w, else Exp(mean t2): a support touches some modes and
 ///   spares others, whose excess is small; the square of a mode shape at a random place (Sterling
 ///   2019, eq. 4.16) is such a mixture to a few percent

@@ -133,6 +133,10 @@ std::vector<Observed> observed_points(const DampingData& data, double scale) {
   for (std::size_t i = 0; i < data.size(); ++i) {
     points[i].c = data.coefficients[i] / scale;
     if (!data.errors.empty()) points[i].error = data.errors[i] / scale;
+    if (!data.proportions.empty() && data.proportions[i] > 0) {
+      points[i].proportion = data.proportions[i];
+      points[i].error = 0;
+    }
     if (!data.ceilings.empty()) points[i].ceiling = data.ceilings[i] / scale;
   }
   return points;

@@ -17,7 +17,6 @@ namespace {
 using Complex = std::complex<double>;
 
 constexpr std::size_t shortest = 256, longest = 8192;
-constexpr double explained_fraction = 0.9999;
 constexpr double peak_above_noise = 10;       ///< power ratio, 10 dB
 constexpr double usual_min_decay_rate = 0.2;  ///< [1/s]
 /// Bins on either side of a peak in which it is fitted, and from which it is taken.
@@ -233,7 +232,7 @@ void by_peaks(std::span<const double> samples, double sample_rate, double after_
   for (std::size_t round = 0; round < 4 * options.max_features; ++round) {
     const Peak peak = highest(levels, sample_rate, options);
     if (peak.prominence < peak_above_noise || set.features.size() >= options.max_features ||
-        explained > explained_fraction * all) {
+        explained > options.explained * all) {
       break;
     }
     Level& level = levels[peak.level];

@@ -10,9 +10,12 @@
 
 namespace carillon::eval::studies {
 
+/// The extractor that knows how a room decays (reverberant_modes()); without a room it is esprit.
+inline constexpr const char* room_likelihood = "room_likelihood";
+
 /// Where the features come from that damping is fitted to.
 struct FeatureSource {
-  std::string name;  ///< esprit, peaks, or truth: the modes as they were computed
+  std::string name;  ///< esprit, peaks, room_likelihood, or truth: the modes as they were computed
   bool truth = false;
   features::FeatureOptions options;
 };

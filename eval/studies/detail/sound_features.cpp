@@ -15,6 +15,7 @@
 #include "core/revision.hpp"
 #include "dataset/samples/samples_task.hpp"
 #include "dataset/stored/sample_audio.hpp"
+#include "eval/damping/reverberant_modes.hpp"
 
 namespace carillon::eval::studies {
 
@@ -28,13 +29,14 @@ constexpr std::size_t sounds_per_block = 32;
 /// The modes of an object are at hand for all of its sounds.
 constexpr std::size_t truths_per_block = 256;
 /// Of what is kept. Raise it when the same sound gives other features.
-constexpr int revision = 6;
+constexpr int revision = 8;
 
 std::string text_of(const FeatureSource& source) {
   const features::FeatureOptions& o = source.options;
-  return fmt::format("{} {} {} {} {} {} {} {} carillon {} revision {}", source.name, o.contact_time,
-                     o.min_frequency, o.max_frequency, o.min_decay_rate.value_or(-1), o.min_level,
-                     o.max_features, source.truth || o.keep_reverberant, core::version(), revision);
+  return fmt::format("{} {} {} {} {} {} {} {} {} carillon {} revision {}", source.name,
+                     o.contact_time, o.min_frequency, o.max_frequency,
+                     o.min_decay_rate.value_or(-1), o.min_level, o.max_features, o.explained,
+                     source.truth || o.keep_reverberant, core::version(), revision);
 }
 
 /// SHA-256 of the files of a dataset by their paths.
@@ -102,11 +104,12 @@ std::string hash_of(const Table& table) {
   return hash.hex();
 }
 
-void write_table(const SoundBlock& block, const std::vector<std::string>& keys,
-                 const Table& table) {
+void write_table(const SoundBlock& block, const FeatureSource& source,
+                 const std::vector<std::string>& keys, const Table& table) {
   core::write_durably(block.file, [&](const std::filesystem::path& path) {
     const Hdf5Group file = Hdf5Group::create_file(path);
     file.write_attribute("sounds", block.key);
+    file.write_attribute("extractor", source.name);
     file.write_attribute("content", hash_of(table));
     const core::Extent sounds = {table.counts.size()}, features = {table.frequency.size()};
     file.write<std::string>("key", keys, sounds);
@@ -160,6 +163,21 @@ features::FeatureSet true_features(const synth::modal::RingDown& rings, const Fe
   return set;
 }
 
+/// What an extractor finds in a sound of a room, or of none.
+features::FeatureSet found_features(std::span<const double> samples, double sample_rate,
+                                    const FeatureSource& source, std::span<const double> rt60) {
+  features::FeatureOptions options = source.options;
+  options.rt60.assign(rt60.begin(), rt60.end());
+  if (source.name != room_likelihood || rt60.empty()) {
+    return features::extract_features(samples, sample_rate, options);
+  }
+  features::FeatureSet set;
+  set.features =
+      damping::reverberant_modes(samples, sample_rate, rt60, damping::reverberant_options(options));
+  if (set.features.empty()) set.nothing = damping::no_reverberant_mode;
+  return set;
+}
+
 }  // namespace
 
 std::vector<SoundBlock> sound_blocks(const EvaluatedDatasets& datasets,
@@ -174,15 +192,19 @@ std::vector<SoundBlock> sound_blocks(const EvaluatedDatasets& datasets,
       const dataset::plan::BuildTask& task = plan.tasks[t];
       const auto listed = files.find(task.key + ".h5");
       if (task.kind != dataset::plan::TaskKind::samples || listed == files.end()) continue;
+      const bool in_room = Hdf5Group::open_file(condition.folder / listed->first).has("room_rt60");
       for (std::size_t s = 0; s < sources.size(); ++s) {
+        FeatureSource computed = sources[s];
+        // Without a room it is the same, and is not computed twice.
+        if (computed.name == room_likelihood && !in_room) computed.name = "esprit";
         const std::size_t size = sources[s].truth ? truths_per_block : sounds_per_block;
         for (std::size_t first = 0; first < task.count; first += size) {
           SoundBlock block{
               c,  s, t, first, std::min(size, task.count - first), condition.folder / listed->first,
               "", ""};
           block.key = fmt::format("{}/{}/{}+{}", sources[s].name, condition.name, task.key, first);
-          const std::string name = core::sha256(fmt::format("{}\n{} {}\n{}", listed->second, first,
-                                                            block.count, text_of(sources[s])));
+          const std::string name = core::sha256(
+              fmt::format("{}\n{} {}\n{}", listed->second, first, block.count, text_of(computed)));
           block.file = folder / (name.substr(0, 32) + ".h5");
           blocks.push_back(std::move(block));
         }
@@ -217,17 +239,15 @@ void compute_features(const SoundBlock& block, const Condition& condition,
       const dataset::plan::Sample& sample = plan.samples[task.first + block.first + k];
       table.add(true_features(maker.ring(sample), source, room_of(k)));
     }
-    write_table(block, keys, table);
+    write_table(block, source, keys, table);
     return;
   }
   const double rate = shard.number_attribute("sample_rate_hz");
   const auto audio = read_audio(shard, block.first, block.count);
   for (std::size_t k = 0; k < block.count; ++k) {
-    features::FeatureOptions options = source.options;
-    options.rt60.assign(room_of(k).begin(), room_of(k).end());
-    table.add(features::extract_features(audio[k], rate, options));
+    table.add(found_features(audio[k], rate, source, room_of(k)));
   }
-  write_table(block, keys, table);
+  write_table(block, source, keys, table);
 }
 
 std::vector<SoundFeatures> read_features(const std::filesystem::path& path, bool keep_reverberant) {
@@ -241,6 +261,7 @@ std::vector<SoundFeatures> read_features(const std::filesystem::path& path, bool
   const auto times = file.has("room_rt60") && !keep_reverberant ? file.read<double>("room_rt60")
                                                                 : std::vector<double>{};
   const std::size_t octaves = times.size() / std::max<std::size_t>(counts.size(), 1);
+  const bool in_room = file.has("room_rt60") && file.text_attribute("extractor") == room_likelihood;
   std::vector<SoundFeatures> sounds;
   std::size_t next = 0;
   for (const std::int64_t count : counts) {
@@ -258,8 +279,9 @@ std::vector<SoundFeatures> read_features(const std::filesystem::path& path, bool
     }
     sound.there = true;
     sound.found = features.size();
-    sound.data =
-        damping::damping_data(features, std::span(times).subspan(sounds.size() * octaves, octaves));
+    sound.data = in_room ? damping::reverberant_data(features)
+                         : damping::damping_data(features, std::span(times).subspan(
+                                                               sounds.size() * octaves, octaves));
     sounds.push_back(std::move(sound));
   }
   return sounds;
