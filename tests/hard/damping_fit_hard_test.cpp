@@ -69,7 +69,7 @@ void expect_sound(const damping::DampingFit& found) {
 }
 
 TEST(DampingFitHard, OneFeature) {
-  const damping::DampingData one{{at_hertz(1000)}, {12}, {}, {}};
+  const damping::DampingData one{{at_hertz(1000)}, {12}, {}, {}, {}};
   for (const damping::Estimator estimator : estimators) {
     expect_contains(refusal(one, "rayleigh", estimator), "1 feature, but rayleigh damping has 2");
   }
@@ -82,7 +82,7 @@ TEST(DampingFitHard, OneFeature) {
 }
 
 TEST(DampingFitHard, TwoPoints) {
-  const damping::DampingData two{{at_hertz(500), at_hertz(2000)}, {10, 14}, {}, {}};
+  const damping::DampingData two{{at_hertz(500), at_hertz(2000)}, {10, 14}, {}, {}, {}};
   expect_contains(refusal(two, "rayleigh", emg), "2 features, but rayleigh damping has 2");
   for (const damping::Estimator estimator : {least_squares, lower_bound}) {
     const damping::DampingFit found = fit(two, "rayleigh", estimator);
