@@ -27,7 +27,7 @@ WORDS = {
     "train.methods.*.modalities": ["spectrogram", "waveform", "voxels", "image", "touch"],
     "evaluate.damping.estimators": ["mixture", "emg", "emg_relative", "least_squares", "lower_bound"],
     "evaluate.damping.draws_from": ["object", "material"],
-    "evaluate.damping.features.extractors": ["esprit", "peaks", "truth"],
+    "evaluate.damping.features.extractors": ["esprit", "peaks", "room_likelihood", "truth"],
     "STUDY.features.extractors": ["esprit", "peaks"],
     "STUDY.materials": "open materials",
     "MATERIAL.damping": ["open", "rayleigh", "caughey", "power", "hybrid"],
