@@ -83,11 +83,11 @@ def differences(clips):
     return rows
 
 
-def dampings(clips, folder):
-    """What is fitted to all features of a material, beside the papers'."""
+def material_fits(clips, folder):
+    """(material, its clips, what is fitted to all of their features, the papers' law or {}) of each."""
     # Materials of the papers' table are Rayleigh's; a word of MANIFEST.csv that is no material has none.
     known = {material["name"]: material["damping"] for material in run("list", "materials")[0]}
-    rows = []
+    fits = []
     for material in sorted({clip.material for clip in clips}):
         of_it = [clip for clip in clips if clip.material == material and len(clip.rows) > 1]
         if not of_it:
@@ -95,9 +95,17 @@ def dampings(clips, folder):
         table = folder / "material.csv"
         table.write_text("\n".join([of_it[0].rows[0]] + [row for clip in of_it for row in clip.rows[1:]]) + "\n",
                          encoding="utf-8")
-        fit = run("fit", "--features", table)[0]
         model = known.get(material, {})
-        papers = (f"{model['alpha1']:.3g} | {model['alpha2']:.2g}" if model.get("model") == "rayleigh" else "- | -")
+        fits.append((material, of_it, run("fit", "--features", table)[0],
+                     model if model.get("model") == "rayleigh" else {}))
+    return fits
+
+
+def dampings(fits):
+    """What is fitted to all features of a material, beside the papers'."""
+    rows = []
+    for material, of_it, fit, papers in fits:
+        theirs = f"{papers['alpha1']:.3g} | {papers['alpha2']:.2g}" if papers else "- | -"
         if "error" in fit:
             its = f"{fit['error'].removeprefix('carillon: ')} | "
         else:
@@ -106,13 +114,16 @@ def dampings(clips, folder):
                 for name in ("alpha1", "alpha2"))
         heard = sorted(2 * partial.decay_rate for clip in of_it for partial, _ in clip.matches())
         spread = f"{heard[0]:.1f} to {heard[-1]:.1f}" if heard else "-"
-        rows.append(f"| {material} | {len(of_it)} | {sum(len(clip.rows) - 1 for clip in of_it)} | {its} | {papers} "
+        rows.append(f"| {material} | {len(of_it)} | {sum(len(clip.rows) - 1 for clip in of_it)} | {its} | {theirs} "
                     f"| {spread} |")
     return rows
 
 
-def page(clips, folder):
-    """All of the tables."""
+def page(clips, fits):
+    """All of the tables.
+
+    fits: of material_fits()
+    """
     lines = ["| isolated strong partials | | |", "|---|---|---|"]
     lines += [f"| {what} | {count} of {of} | {100 * count / max(of, 1):.0f} % |" for what, count, of in
               totals(clips) + of_harminv(clips)]
@@ -139,7 +150,8 @@ def page(clips, folder):
               "c = 2 d = alpha1 + alpha2 lambda, fitted to all features of all clips of a material.", "",
               "| material | clips | features | alpha1 [1/s] | alpha2 [s] | papers: alpha1 | alpha2 | c of the isolated "
               "partials |",
-              "|---|---|---|---|---|---|---|---|", *dampings(clips, folder), ""]
+              "|---|---|---|---|---|---|---|---|", *dampings(fits), "",
+              "![Decay rates of features and isolated partials by material, with the laws](recordings.png)", ""]
     lines += ["## Clip by clip", "",
               "f [Hz] / d [1/s] of the program, by regression, by harminv: the strongest three isolated partials, or the",
               "highest peak and why it is none.", "",
