@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -44,6 +45,24 @@ TEST(Crowding, IsTheLinesWidthTimesTheDensity) {
   // Two in one place are a Lorentzian's top.
   const std::vector<features::Feature> pair = {mode_at(1000, d), mode_at(1000, d)};
   EXPECT_NEAR(features::crowding(pair, 0), alone, 1e-12);
+}
+
+TEST(Crowding, IsLittleOfAStrongModeAmongWeakOnes) {
+  std::vector<features::Feature> modes;
+  for (int k = -10; k <= 10; ++k) modes.push_back(mode_at(1000 + 10 * k, 60));
+  const double alike = features::crowding(modes, 10);
+  for (features::Feature& mode : modes) mode.amplitude = 0.1;
+  modes[10].amplitude = 1;
+  EXPECT_NEAR(features::crowding(modes, 10), 0.1 * alike, 0.1);
+  EXPECT_LT(features::crowding(modes, 10), features::crowding(modes, 9));
+}
+
+TEST(Crowding, MakesNoRateUnknown) {
+  std::vector<features::Feature> modes;
+  for (int k = 0; k < 20; ++k) modes.push_back(mode_at(1000 + k, 60));
+  for (features::Feature& mode : modes) mode.snr = 10;
+  features::widen_crowded(modes);
+  for (const features::Feature& mode : modes) EXPECT_LT(mode.decay_rate_error, mode.decay_rate);
 }
 
 TEST(Crowding, LeavesModesThatAreFarApartAsTheyWere) {
@@ -95,9 +114,8 @@ TEST_P(Dense, ErrorsHold) {
   EXPECT_GT(static_cast<double>(given), 6 * 0.4 * static_cast<double>(count));
   EXPECT_GE(static_cast<double>(held_frequencies), 0.9 * static_cast<double>(given));
   EXPECT_GE(static_cast<double>(held_rates), 0.9 * static_cast<double>(given));
-  RecordProperty("given", static_cast<int>(given));
-  RecordProperty("held_frequencies", static_cast<int>(held_frequencies));
-  RecordProperty("held_rates", static_cast<int>(held_rates));
+  fmt::print("{} modes from {:.0f} to {:.0f} Hz: {} given, f held {}, d held {}\n", count, low, high,
+             given, held_frequencies, held_rates);
 }
 INSTANTIATE_TEST_SUITE_P(
     Crowding, Dense,

@@ -223,6 +223,10 @@ TEST(LimitedUntil, SaysNothingOfSoundsThatAreFree) {
     const std::vector<double> samples = strike_clip(partials, {rate, 1, 0});
     EXPECT_FALSE(features::limited_until(samples, 0, samples.size())) << count;
   }
+  // Hum of mains, which does not decay.
+  const std::vector<Partial> hums = {{50, 0, 1, 0.3}, {100, 0, 0.7, 1}};
+  const std::vector<double> samples = strike_clip(hums, {rate, 1, 0});
+  EXPECT_FALSE(features::limited_until(samples, 0, samples.size()));
 }
 
 TEST(Segments, EndWhereSamplesAreMissing) {

@@ -11,8 +11,11 @@ namespace {
 
 constexpr double smoothing = 5;  // lines
 /// Of the root of noise over signal: with it 95 % of drawn modes lie within two errors.
-constexpr double hidden = 30;
+constexpr double hidden = 54;
 constexpr double min_ratio = 1e-3;  // of noise over signal: what extraction itself leaves
+constexpr double known = 0.99;      // of a decay rate: its error at most
+
+double height_of(const Feature& mode) { return mode.amplitude / mode.decay_rate; }
 
 }  // namespace
 
@@ -25,7 +28,8 @@ double crowding(std::span<const Feature> features, std::size_t index) {
     const double line = (mode.decay_rate + features[k].decay_rate) / (2 * std::numbers::pi);
     const double width = 0.5 * smoothing * line;
     const double away = features[k].frequency - mode.frequency;
-    sum += line / std::numbers::pi * width / (away * away + width * width);
+    const double strength = std::min(1.0, height_of(features[k]) / height_of(mode));
+    sum += strength * line / std::numbers::pi * width / (away * away + width * width);
   }
   return std::min(1.0, sum);
 }
@@ -39,7 +43,8 @@ void widen_crowded(std::span<Feature> features) {
   for (std::size_t k = 0; k < features.size(); ++k) {
     Feature& mode = features[k];
     const double shift = parts[k] * mode.decay_rate;
-    mode.decay_rate_error = std::hypot(mode.decay_rate_error, shift);
+    mode.decay_rate_error = std::min(std::hypot(mode.decay_rate_error, shift),
+                                     std::max(mode.decay_rate_error, known * mode.decay_rate));
     mode.frequency_error = std::hypot(mode.frequency_error, shift / (2 * std::numbers::pi));
     mode.amplitude_error = std::hypot(mode.amplitude_error, parts[k] * mode.amplitude);
   }
