@@ -227,6 +227,19 @@ ModePitches pitches_at(std::span<const ModePitches> modes, double poisson_ratio)
   return modes.back();
 }
 
+double best_log_likelihood(std::span<const HeardTone> tones, const ModePitches& modes,
+                           double specific_modulus, const PitchPrior& prior) {
+  double best = -core::infinity;
+  for (const double sharpness : sharpness_grid(std::span(&modes, 1))) {
+    const PreparedModes ready = prepared(modes, sharpness);
+    for (const double scatter : fine_scatters) {
+      best =
+          std::max(best, log_likelihood(tones, ready, std::log(specific_modulus), scatter, prior));
+    }
+  }
+  return best;
+}
+
 PitchPosterior pitch_posterior(std::span<const HeardTone> tones, std::span<const ModePitches> modes,
                                const PitchPrior& prior) {
   check(modes);

@@ -61,6 +61,10 @@ double log_likelihood(std::span<const HeardTone> tones, const ModePitches& modes
                       double specific_modulus, const PitchNuisance& nuisance,
                       const PitchPrior& prior = {});
 
+/// The same with the sharpness and the scatter of pitch_posterior()'s that make it largest.
+double best_log_likelihood(std::span<const HeardTone> tones, const ModePitches& modes,
+                           double specific_modulus, const PitchPrior& prior = {});
+
 /// Posterior of the specific modulus, with Poisson's ratio (even between the first and the last of
 /// the sets), sharpness (even from 0 to 5/4, as estimates may be a fifth too low) and scatter (even
 /// in its logarithm from 1/4 to 64 cents) marginalised.

@@ -1,11 +1,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 
 #include "core/error.hpp"
+#include "core/numbers.hpp"
 #include "eval/material/pitch_estimate.hpp"
 #include "eval/material/relative_fit.hpp"
 #include "eval/recorded_objects/impact_study.hpp"
@@ -57,22 +57,6 @@ material::PitchPrior prior_of(const HeardObject& given, const StudyOptions& opti
           .max_frequency = options.max_frequency};
 }
 
-/// Log-likelihood of tones over that of chance, with the scatter and sharpness that suit it best.
-double likelihood_at(std::span<const material::HeardTone> tones,
-                     const material::ModePitches& pitches, double specific_modulus,
-                     const material::PitchPrior& prior) {
-  constexpr std::array sharpness = {0.0, 0.25, 0.5, 0.75, 1.0, 1.25};  // as pitch_posterior()
-  constexpr std::array scatter = {0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0};  // cents
-  double best = -std::numeric_limits<double>::infinity();
-  for (const double share : sharpness) {
-    for (const double cents : scatter) {
-      best = std::max(best, material::log_likelihood(tones, pitches, specific_modulus,
-                                                     {pitches.poisson_ratio, share, cents}, prior));
-    }
-  }
-  return best;
-}
-
 void fit_by_pitches(StudyFit& fit, const std::vector<StudiedStrike>& strikes,
                     const material::PitchEstimate& estimate, const material::ModePitches& pitches,
                     const material::PitchPrior& prior) {
@@ -87,13 +71,30 @@ void fit_by_pitches(StudyFit& fit, const std::vector<StudiedStrike>& strikes,
   }
 }
 
+/// The contact time of all strikes, of which the joint estimate knows one [s]; says where they
+/// differ.
+double common_contact(const std::vector<ModelStrike>& model, StudyFit& fit) {
+  constexpr double same = 1.25;
+  std::vector<double> times;
+  for (const ModelStrike& strike : model) times.push_back(strike.contact_time);
+  const auto [shortest, longest] = std::minmax_element(times.begin(), times.end());
+  const double middle = core::median(times);
+  if (*longest > same * *shortest) {
+    fit.remarks.push_back(
+        fmt::format("contact times are from {:.3g} to {:.3g} ms: the hybrid metric takes {:.3g} ms "
+                    "for all",
+                    1e3 * *shortest, 1e3 * *longest, 1e3 * middle));
+  }
+  return middle;
+}
+
 void fit_by_sound(StudyFit& fit, const std::vector<StudiedStrike>& strikes,
                   const std::vector<ModelStrike>& model, const HeardObject& given,
                   const StudyOptions& options, const std::filesystem::path& cache) {
   material::MaterialOptions how;
   how.law = options.law;
   how.motion = material::HeardMotion::acceleration;
-  how.contact_time = model.front().contact_time;
+  how.contact_time = common_contact(model, fit);
   how.starts.min_modulus = given.specific_modulus / options.modulus_range;
   how.starts.max_modulus = given.specific_modulus * options.modulus_range;
   // Microphones, the mesh and a strike that is not quite straight change levels: they count for
@@ -115,7 +116,7 @@ void fit_by_sound(StudyFit& fit, const std::vector<StudiedStrike>& strikes,
     }
   }
   fit.specific_modulus = fit.joint->candidate.specific_modulus;
-  fit.remarks = fit.joint->remarks;
+  fit.remarks.insert(fit.remarks.end(), fit.joint->remarks.begin(), fit.joint->remarks.end());
   for (const auto& one : fit.joint->alone) {
     fit.alone.push_back(one ? std::optional(one->candidate.specific_modulus) : std::nullopt);
   }
@@ -137,9 +138,10 @@ void remark_on_pitches(const material::PitchEstimate& estimate, StudyFit& fit) {
 void judge_modulus(StudyFit& fit, const std::vector<StudiedStrike>& strikes,
                    const material::ModePitches& pitches, const material::PitchPrior& prior) {
   const std::vector<material::HeardTone> tones = material::heard_tones(sets_of(strikes));
-  fit.log_likelihood_given = likelihood_at(tones, pitches, pitches.specific_modulus, prior);
+  fit.log_likelihood_given =
+      material::best_log_likelihood(tones, pitches, pitches.specific_modulus, prior);
   if (!fit.specific_modulus) return;
-  fit.log_likelihood = likelihood_at(tones, pitches, *fit.specific_modulus, prior);
+  fit.log_likelihood = material::best_log_likelihood(tones, pitches, *fit.specific_modulus, prior);
   if (fit.log_likelihood >= fit.log_likelihood_given - within_interval) return;
   fit.undetermined = fmt::format(
       "the best fit, {:.4g} times the specific modulus given, explains the recorded pitches worse "
@@ -204,7 +206,6 @@ double distance_of(const damping::DampingData& data, const synth::damping::Dampi
 /// given; else it stays as it is.
 void fit_matched_damping(StudyFit& fit, const damping::DampingData& data,
                          const synth::damping::DampingModel& given, const StudyOptions& options) {
-  fit.points = data.size();
   const auto stays = [&](const std::string& why) {
     fit.remarks.push_back(fmt::format("damping is as {}: {}",
                                       fit.joint ? "the joint estimate has it" : "given", why));
@@ -230,6 +231,7 @@ void fit_matched_damping(StudyFit& fit, const damping::DampingData& data,
       return;
     }
     fit.damping = law.model;
+    fit.points = data.size();
     fit.confidence95 = law.confidence95;
     if (!options.radiation) {
       fit.remarks.emplace_back(

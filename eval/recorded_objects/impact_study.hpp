@@ -73,8 +73,8 @@ struct StudyFit {
   /// Log-likelihoods of the recorded pitches over that of chance (pitch_posterior.hpp): with the
   /// modulus found, and with the one given.
   double log_likelihood = 0, log_likelihood_given = 0;
-  synth::damping::DampingModel damping;   ///< of the material, without what is radiated
-  std::size_t points = 0;                 ///< matched modes that the damping was fitted to
+  synth::damping::DampingModel damping;  ///< of the material, without what is radiated
+  std::size_t points = 0;  ///< matched modes that the damping was fitted to; 0: it was not
   std::vector<core::Range> confidence95;  ///< of the damping's numbers, as those modes bound them
   std::optional<material::JointEstimate> joint;  ///< by the hybrid metric
   std::vector<std::string> remarks;

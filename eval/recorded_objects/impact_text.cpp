@@ -122,11 +122,14 @@ void print_fit(const ImpactReport& report) {
   fmt::print("{:<22} {:.5g} GPa at {:.5g} kg/m^3\n", "Young's modulus", 1e-9 * modulus * density,
              density);
   const synth::damping::DampingModel& damping = fit.damping;
-  fmt::print("{:<22} {}{}, from {} matched modes\n", "damping",
+  const std::string source = fit.points > 0 ? fmt::format("from {} matched modes", fit.points)
+                             : fit.joint    ? "as the joint estimate has it"
+                                            : "as given";
+  fmt::print("{:<22} {}{}, {}\n", "damping",
              damping.kind == synth::damping::DampingKind::expression
                  ? "c = " + damping.expression
                  : synth::damping::form_of(damping.kind).formula,
-             report.options.radiation ? " and what is radiated" : "", fit.points);
+             report.options.radiation ? " and what is radiated" : "", source);
   for (std::size_t k = 0; k < damping.parameters.size(); ++k) {
     fmt::print("  {:<20} {:.5g} {:<16} {}\n", synth::damping::parameter_name(k),
                damping.parameters[k], synth::damping::parameter_unit(damping.kind, k),

@@ -114,8 +114,8 @@ TEST_P(Dense, ErrorsHold) {
   EXPECT_GT(static_cast<double>(given), 6 * 0.4 * static_cast<double>(count));
   EXPECT_GE(static_cast<double>(held_frequencies), 0.9 * static_cast<double>(given));
   EXPECT_GE(static_cast<double>(held_rates), 0.9 * static_cast<double>(given));
-  fmt::print("{} modes from {:.0f} to {:.0f} Hz: {} given, f held {}, d held {}\n", count, low, high,
-             given, held_frequencies, held_rates);
+  fmt::print("{} modes from {:.0f} to {:.0f} Hz: {} given, f held {}, d held {}\n", count, low,
+             high, given, held_frequencies, held_rates);
 }
 INSTANTIATE_TEST_SUITE_P(
     Crowding, Dense,

@@ -15,7 +15,9 @@ constexpr double hidden = 54;
 constexpr double min_ratio = 1e-3;  // of noise over signal: what extraction itself leaves
 constexpr double known = 0.99;      // of a decay rate: its error at most
 
-double height_of(const Feature& mode) { return mode.amplitude / mode.decay_rate; }
+double height_of(const Feature& mode) {
+  return mode.amplitude / mode.decay_rate;
+}
 
 }  // namespace
 

@@ -7,9 +7,9 @@
 
 namespace carillon::eval::features {
 
-/// How many other modes as strong as this one are to be expected within its line, from the density of
-/// those around: each counts with a Lorentzian five lines wide, and by the height of its line a / d
-/// beside this one's where it is lower. 1 at most.
+/// How many other modes as strong as this one are to be expected within its line, from the density
+/// of those around: each counts with a Lorentzian five lines wide, and by the height of its line a
+/// / d beside this one's where it is lower. 1 at most.
 /// @param features  modes of one sound; a line is d / pi wide
 double crowding(std::span<const Feature> features, std::size_t index);
 

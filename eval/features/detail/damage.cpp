@@ -79,7 +79,8 @@ std::optional<std::size_t> limited_until(std::span<const double> samples, std::s
   }
   const auto highest = static_cast<double>(above);
   const bool falls_later = 2 * (last - from) < to - from;
-  const bool limited = falls_later && above >= enough && highest > ratio * static_cast<double>(below) &&
+  const bool limited = falls_later && above >= enough &&
+                       highest > ratio * static_cast<double>(below) &&
                        static_cast<double>(falls) > contrast * highest;
   return limited ? std::optional(last + 1) : std::nullopt;
 }
