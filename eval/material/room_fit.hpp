@@ -26,7 +26,7 @@ struct RoomFit {
 ///     w = 0.05 + 0.9 / (1 + (u / 0.7)^4),   s_i^2 = s^2 + error_i^2 + (u^2 / 4)^2, u below 3
 ///     there,
 /// with Student's t of 4 degrees of freedom, the features' own errors relative to c_i (15 % where
-/// it is not known) and ln s normal about ln 0.03 (deviation 0.7). The intervals are those of the
+/// one is not known) and ln s normal about ln 0.03 (deviation 0.7). The intervals are those of the
 /// profile likelihood, with the limit of Student's t for as many points as show their own decay.
 /// @param rooms  C of the room at each point [1/s]; infinite: heard without a room
 /// @throws InputError  as fit_damping()
