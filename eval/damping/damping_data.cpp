@@ -9,8 +9,8 @@ namespace carillon::eval::damping {
 
 namespace {
 
-/// What is fitted to a room's own fluctuations has a standard error of 8 to 30 % of its decay rate,
-/// a mode that outlasts the room 1 to 4 % (docs/damping.md).
+/// Relative error of a decay rate: what is fitted to a room's own fluctuations is known less well,
+/// a mode that outlasts the room better.
 constexpr double max_error_in_room = 0.06;
 
 void append(std::vector<double>& all, const std::vector<double>& more) {

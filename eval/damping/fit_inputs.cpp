@@ -1,7 +1,5 @@
 #include "eval/damping/fit_inputs.hpp"
 
-#include <algorithm>
-
 #include "core/audio.hpp"
 #include "core/error.hpp"
 #include "eval/damping/reverberant_modes.hpp"
@@ -31,20 +29,12 @@ std::vector<double> loudest_channel(const core::AudioClip& clip) {
   return loudest;
 }
 
-bool is_by_room(const features::FeatureOptions& options) {
-  const bool in_room =
-      std::any_of(options.rt60.begin(), options.rt60.end(), [](double time) { return time > 0; });
-  return in_room && options.method == features::FeatureMethod::esprit;
-}
-
-/// Modes of a recording in a room.
-void read_reverberant(const std::string& path, const features::FeatureOptions& options,
-                      FitSource& source) {
+/// Of a room that is known, the modes that the loudest channel shows.
+features::FeatureSet found_in(const std::string& path, const features::FeatureOptions& options,
+                              bool by_room) {
+  if (!by_room) return features::read_features(path, options);
   const core::AudioClip clip = core::read_audio(path);
-  source.by_room = true;
-  source.features = reverberant_modes(loudest_channel(clip), clip.sample_rate, options.rt60,
-                                      reverberant_options(options));
-  if (source.features.empty()) source.nothing = no_reverberant_mode;
+  return reverberant_modes(loudest_channel(clip), clip.sample_rate, options);
 }
 
 }  // namespace
@@ -53,11 +43,9 @@ FitSource fit_source_of_recording(const std::string& path,
                                   const features::FeatureOptions& options) {
   FitSource source{path, {}, "", {}, options.rt60};
   try {
-    if (is_by_room(options)) {
-      read_reverberant(path, options, source);
-      return source;
-    }
-    features::FeatureSet found = features::read_features(path, options);
+    source.by_room =
+        options.method == features::FeatureMethod::esprit && reverberates(options.rt60);
+    features::FeatureSet found = found_in(path, options, source.by_room);
     source.features = std::move(found.features);
     source.remarks = std::move(found.remarks);
     if (source.features.empty()) {

@@ -25,6 +25,7 @@ constexpr double band_rates[] = {400, 200, 100};  ///< [1/s]
 constexpr double max_relative_error = 0.2;        ///< of a decay rate, by the likelihood
 /// What errors are beyond those of the likelihood: its factor, and a fraction of d.
 constexpr double model_factor = 1.5, model_error = 0.02;
+constexpr double slow = 0.5;  ///< decay by the end of a mode that is slow if it is not told
 constexpr std::size_t max_tries = 300;
 constexpr double longest = 40;            ///< time that is looked at, by the room's decay rate
 constexpr std::size_t floor_bins = 1000;  ///< of which the median is taken, at most about
@@ -51,7 +52,7 @@ double floor_at(std::span<const double> power, std::size_t bin, std::size_t abou
 /// what is late, where the room's noise splits lines, and the edge at the begin, whose skirts would
 /// hide weak lines.
 std::vector<Peak> spectrum_peaks(std::span<const double> sound, double sample_rate,
-                                 double room_rate, const ReverberantOptions& options) {
+                                 double room_rate, const features::FeatureOptions& options) {
   synth::signal::RealFft fft(synth::signal::good_fft_size(2 * sound.size()));
   std::fill(fft.signal().begin(), fft.signal().end(), 0.0);
   for (std::size_t n = 0; n < sound.size(); ++n) {
@@ -64,10 +65,11 @@ std::vector<Peak> spectrum_peaks(std::span<const double> sound, double sample_ra
   const double bin = sample_rate / static_cast<double>(fft.size());
   const auto about = std::max<std::size_t>(1, static_cast<std::size_t>(floor_width / 2 / bin));
   std::vector<Peak> peaks;
+  const double last = features::highest_mode(sample_rate, options);
   double highest = 0;
   for (std::size_t k = 1; k + 1 < power.size(); ++k) {
     const double frequency = static_cast<double>(k) * bin;
-    if (frequency < options.min_frequency || frequency > options.max_frequency) continue;
+    if (frequency < options.min_frequency || frequency > last) continue;
     if (power[k] < power[k - 1] || power[k] <= power[k + 1]) continue;
     peaks.push_back({frequency, power[k], k});
     highest = std::max(highest, power[k]);
@@ -81,17 +83,20 @@ std::vector<Peak> spectrum_peaks(std::span<const double> sound, double sample_ra
   return peaks;
 }
 
-/// The mode of a peak, from the widest band in which it is all there is.
+/// The line of a peak, from the widest band in which it is all there is: a mode, or too slow to be
+/// told.
 std::optional<ReverberantLine> line_at(std::span<const double> sound, double sample_rate,
                                        double frequency, double room_rate) {
   for (const double rate : band_rates) {
-    const auto line = fit_line(band_signal(sound, sample_rate, frequency, rate), room_rate);
+    auto line = fit_line(band_signal(sound, sample_rate, frequency, rate), room_rate);
     if (!line || line->whiteness > max_whiteness) continue;
     const double width = (line->decay_rate + room_rate) / std::numbers::pi;
-    const bool is_mode = line->level > min_line_level && line->decay_rate < rate &&
-                         std::abs(line->frequency - frequency) < width &&
-                         line->decay_rate_error < max_relative_error * line->decay_rate;
-    if (is_mode) return line;
+    const bool is_line = line->level > min_line_level && line->decay_rate < rate &&
+                         std::abs(line->frequency - frequency) < width;
+    const bool is_told = line->decay_rate_error < max_relative_error * line->decay_rate;
+    const double seconds = static_cast<double>(sound.size()) / sample_rate;
+    line->too_slow = line->too_slow || (!is_told && line->decay_rate * seconds < slow);
+    if (is_line && (is_told || line->too_slow)) return line;
   }
   return {};
 }
@@ -116,63 +121,87 @@ bool is_known(const ReverberantLine& line, std::span<const features::Feature> mo
   });
 }
 
-}  // namespace
-
-ReverberantOptions reverberant_options(const features::FeatureOptions& options) {
-  return {.onset = options.onset,
-          .contact_time = options.contact_time,
-          .min_frequency = options.min_frequency,
-          .max_frequency = options.max_frequency,
-          .min_level = options.min_level,
-          .max_features = options.max_features};
-}
-
-std::vector<features::Feature> reverberant_modes(std::span<const double> samples,
-                                                 double sample_rate, std::span<const double> rt60,
-                                                 const ReverberantOptions& options) {
-  if (!(sample_rate > 0))
-    throw core::InputError(fmt::format("a sample rate of {} Hz", sample_rate));
-  if (rt60.empty()) throw core::InputError("a room without a reverberation time");
-  for (const double sample : samples) {
-    if (!std::isfinite(sample)) throw core::InputError("a sample that is not finite");
-  }
-  const features::Segment segment =
-      features::find_segment(samples, sample_rate, options.onset, options.contact_time);
-  if (!segment.nothing.empty() || segment.begin >= segment.end) return {};
+/// The rooms' decay rates of octaves that reverberate.
+std::vector<double> decay_rates(std::span<const double> rt60) {
   std::vector<double> rates;
   for (const double time : rt60) {
     if (time > 0) rates.push_back(std::log(1000.0) / time);
   }
-  if (rates.empty()) return {};
-  const double typical = core::median(rates);
-  const auto heard =
-      std::min(segment.end - segment.begin,
-               static_cast<std::size_t>(std::min(longest / typical * sample_rate, 1e15)));
-  const auto sound = samples.subspan(segment.begin, heard);
+  return rates;
+}
+
+/// The lines of a sound's spectrum, each as what it is: a feature, a hum or too slow to be told.
+/// @return how many are too slow
+std::size_t sort_lines(std::span<const double> sound, double sample_rate, double typical_rate,
+                       const features::FeatureOptions& options, features::FeatureSet& set) {
+  constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
   struct Taken {
     double frequency, width;
   };
   std::vector<Taken> taken;
-  std::vector<features::Feature> modes;
-  for (const Peak& peak : spectrum_peaks(sound, sample_rate, typical, options)) {
-    if (modes.size() >= options.max_features || taken.size() >= max_tries) break;
+  std::size_t too_slow = 0;
+  for (const Peak& peak : spectrum_peaks(sound, sample_rate, typical_rate, options)) {
+    if (set.features.size() >= options.max_features || taken.size() >= max_tries) break;
     const auto covers = [&](const Taken& line) {
       return std::abs(line.frequency - peak.frequency) < line.width;
     };
     if (std::any_of(taken.begin(), taken.end(), covers)) continue;
-    const double room_rate = features::room_decay_rate(rt60, peak.frequency);
+    const double room_rate = features::room_decay_rate(options.rt60, peak.frequency);
     taken.push_back({peak.frequency, room_rate / std::numbers::pi});
     if (!std::isfinite(room_rate)) continue;
     const auto line = line_at(sound, sample_rate, peak.frequency, room_rate);
-    if (!line || is_known(*line, modes)) continue;
+    if (!line || is_known(*line, set.features)) continue;
     // The noise splits a line into peaks, which are the same mode.
     const double width = 1.5 * std::max(line->decay_rate, room_rate) / std::numbers::pi;
     taken.push_back({line->frequency, width});
-    modes.push_back(feature_of(*line));
+    if (line->decay_rate < options.min_decay_rate.value_or(0)) {
+      set.hums.push_back({line->frequency, line->decay_rate, unknown});
+    } else if (line->too_slow) {
+      ++too_slow;
+    } else {
+      set.features.push_back(feature_of(*line));
+    }
   }
-  std::sort(modes.begin(), modes.end(),
-            [](const auto& a, const auto& b) { return a.frequency < b.frequency; });
-  return modes;
+  return too_slow;
+}
+
+}  // namespace
+
+bool reverberates(std::span<const double> rt60) {
+  return std::any_of(rt60.begin(), rt60.end(), [](double time) { return time > 0; });
+}
+
+features::FeatureSet reverberant_modes(std::span<const double> samples, double sample_rate,
+                                       const features::FeatureOptions& options) {
+  features::check_extraction(samples, sample_rate, options);
+  if (!reverberates(options.rt60)) throw core::InputError("a room without a reverberation time");
+  const features::Segment segment =
+      features::find_segment(samples, sample_rate, options.onset, options.contact_time);
+  features::FeatureSet set = features::set_of_segment(segment, sample_rate);
+  if (!set.nothing.empty()) return set;
+  const double typical = core::median(decay_rates(options.rt60));
+  const double seconds = std::min(options.duration, longest / typical);
+  const auto most = static_cast<std::size_t>(std::min(seconds * sample_rate, 1e15));
+  const auto sound = samples.subspan(
+      segment.begin, std::min(segment.end - std::min(segment.begin, segment.end), most));
+  set.end = set.begin + static_cast<double>(sound.size()) / sample_rate;
+  const std::size_t too_slow =
+      sound.empty() ? 0 : sort_lines(sound, sample_rate, typical, options, set);
+  if (too_slow > 0) {
+    set.remarks.push_back(fmt::format(
+        "{} tone{} decay{} too slowly to be told in the {:.2g} s that are analysed", too_slow,
+        too_slow == 1 ? "" : "s", too_slow == 1 ? "s" : "", set.end - set.begin));
+  }
+  const auto by_frequency = [](const auto& a, const auto& b) { return a.frequency < b.frequency; };
+  std::sort(set.features.begin(), set.features.end(), by_frequency);
+  std::sort(set.hums.begin(), set.hums.end(), by_frequency);
+  if (set.features.empty()) {
+    set.nothing =
+        !set.hums.empty() || too_slow > 0
+            ? "only steady tones"
+            : "no line of the spectrum whose decay can be told from the noise and the room";
+  }
+  return set;
 }
 
 }  // namespace carillon::eval::damping

@@ -24,40 +24,6 @@ using core::InputError;
 
 constexpr double max_time = 1e6;  ///< of times that are given [s]
 
-void check(std::span<const double> samples, double sample_rate, const FeatureOptions& options) {
-  if (!(sample_rate > 0) || !std::isfinite(sample_rate)) {
-    throw InputError(fmt::format("a sample rate of {} Hz", sample_rate), "it must be positive");
-  }
-  for (std::size_t n = 0; n < samples.size(); ++n) {
-    if (!std::isfinite(samples[n])) {
-      throw InputError(fmt::format("sample {} (at {:.4f} s) is {}", n,
-                                   static_cast<double>(n) / sample_rate, samples[n]),
-                       "cut the recording there, or export it again");
-    }
-  }
-  const auto require = [](bool holds, const char* text) {
-    if (!holds) throw InputError(text);
-  };
-  const auto is_time = [](double time) { return time >= 0 && time < max_time; };
-  require(is_time(options.contact_time), "contact_time must be from 0 to 1e6 s");
-  require(options.min_decay_rate.value_or(0) >= 0, "min_decay_rate must not be negative");
-  require(options.min_frequency > 0, "min_frequency must be positive");
-  require(options.max_frequency > options.min_frequency,
-          "max_frequency must lie above min_frequency");
-  require(!options.onset || is_time(*options.onset), "the onset must be from 0 to 1e6 s");
-  require(std::all_of(options.rt60.begin(), options.rt60.end(), is_time),
-          "reverberation times (rt60) must be from 0 to 1e6 s");
-  require(options.duration > 0, "the duration must be positive");
-  require(options.explained > 0 && options.explained <= 1,
-          "the explained fraction must be above 0, and 1 at most");
-  if (options.min_frequency > highest_frequency * sample_rate) {
-    throw InputError(
-        fmt::format("no mode can lie above {:g} Hz in a recording of {:g} Hz",
-                    options.min_frequency, sample_rate),
-        fmt::format("a least frequency below {:g} Hz", highest_frequency * sample_rate));
-  }
-}
-
 /// The segment from where the room has decayed by 20 dB.
 Segment late_segment(const Segment& segment, double sample_rate, const FeatureOptions& options) {
   const double wait = core::median(options.rt60) / 3 * sample_rate;
@@ -109,18 +75,62 @@ std::vector<Feature> modes_after_room(const SoundPart& sound, double sample_rate
 
 }  // namespace
 
-FeatureSet extract_features(std::span<const double> samples, double sample_rate,
-                            const FeatureOptions& options) {
-  check(samples, sample_rate, options);
+double highest_mode(double sample_rate, const FeatureOptions& options) {
+  return std::min(options.max_frequency, highest_frequency * sample_rate);
+}
+
+void check_extraction(std::span<const double> samples, double sample_rate,
+                      const FeatureOptions& options) {
+  if (!(sample_rate > 0) || !std::isfinite(sample_rate)) {
+    throw InputError(fmt::format("a sample rate of {} Hz", sample_rate), "it must be positive");
+  }
+  for (std::size_t n = 0; n < samples.size(); ++n) {
+    if (!std::isfinite(samples[n])) {
+      throw InputError(fmt::format("sample {} (at {:.4f} s) is {}", n,
+                                   static_cast<double>(n) / sample_rate, samples[n]),
+                       "cut the recording there, or export it again");
+    }
+  }
+  const auto require = [](bool holds, const char* text) {
+    if (!holds) throw InputError(text);
+  };
+  const auto is_time = [](double time) { return time >= 0 && time < max_time; };
+  require(is_time(options.contact_time), "contact_time must be from 0 to 1e6 s");
+  require(options.min_decay_rate.value_or(0) >= 0, "min_decay_rate must not be negative");
+  require(options.min_frequency > 0, "min_frequency must be positive");
+  require(options.max_frequency > options.min_frequency,
+          "max_frequency must lie above min_frequency");
+  require(!options.onset || is_time(*options.onset), "the onset must be from 0 to 1e6 s");
+  require(std::all_of(options.rt60.begin(), options.rt60.end(), is_time),
+          "reverberation times (rt60) must be from 0 to 1e6 s");
+  require(options.duration > 0, "the duration must be positive");
+  require(options.explained > 0 && options.explained <= 1,
+          "the explained fraction must be above 0, and 1 at most");
+  if (options.min_frequency > highest_frequency * sample_rate) {
+    throw InputError(
+        fmt::format("no mode can lie above {:g} Hz in a recording of {:g} Hz",
+                    options.min_frequency, sample_rate),
+        fmt::format("a least frequency below {:g} Hz", highest_frequency * sample_rate));
+  }
+}
+
+FeatureSet set_of_segment(const Segment& segment, double sample_rate) {
   FeatureSet set;
   set.sample_rate = sample_rate;
-  const Segment segment = find_segment(samples, sample_rate, options.onset, options.contact_time);
   set.onset = static_cast<double>(segment.onset) / sample_rate;
   set.begin = static_cast<double>(segment.begin) / sample_rate;
   set.end = static_cast<double>(segment.end) / sample_rate;
   set.clipped = segment.clipped;
   set.remarks = segment.remarks;
   set.nothing = segment.nothing;
+  return set;
+}
+
+FeatureSet extract_features(std::span<const double> samples, double sample_rate,
+                            const FeatureOptions& options) {
+  check_extraction(samples, sample_rate, options);
+  const Segment segment = find_segment(samples, sample_rate, options.onset, options.contact_time);
+  FeatureSet set = set_of_segment(segment, sample_rate);
   if (!set.nothing.empty()) return set;
 
   const SoundPart part = part_of(samples, segment, sample_rate, options);

@@ -62,6 +62,20 @@ struct FeatureSet {
   std::string nothing;
 };
 
+/// Up to which modes are looked for [Hz]: max_frequency, or 0.95 of half the sample rate.
+double highest_mode(double sample_rate, const FeatureOptions& options);
+
+/// What any extraction asks of its input.
+/// @throws InputError  as extract_features()
+void check_extraction(std::span<const double> samples, double sample_rate,
+                      const FeatureOptions& options);
+
+struct Segment;
+
+/// A set without features: onset, begin, end, remarks and what there is not, as the segment has
+/// them.
+FeatureSet set_of_segment(const Segment& segment, double sample_rate);
+
 /// Modes of a struck object from a recording of one channel, at any rate and of any length.
 /// @param samples  full scale 1
 /// @throws InputError  a sample that is not finite (names its place), a rate that is not positive,

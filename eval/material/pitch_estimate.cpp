@@ -80,7 +80,7 @@ core::Range poisson_interval(const PitchPosterior& posterior) {
 void fit_law_in_room(PitchEstimate& estimate, const DampingPoints& points,
                      const damping::DampingLaw& law) {
   const RoomFit found = fit_in_room(points.data, points.rooms, law);
-  const auto parameters = static_cast<double>(found.fit.model.parameters.size());
+  const auto parameters = static_cast<double>(found.model.parameters.size());
   if (found.own < parameters + points_beside_room) {
     estimate.remarks.push_back(fmt::format(
         "damping is not determined: {:.1f} of {} matched tones decay otherwise than the room does, "
@@ -88,7 +88,7 @@ void fit_law_in_room(PitchEstimate& estimate, const DampingPoints& points,
         found.own, points.data.size(), law.parameters));
     return;
   }
-  estimate.damping = found.fit;
+  estimate.damping = FittedLaw{found.model, found.confidence95};
   estimate.remarks.push_back(
       fmt::format("a room of RT60 about {:.2g} s is heard: {:.1f} of {} matched tones decay "
                   "otherwise than it does (--rt60 gives the room's, 0: none)",
@@ -107,7 +107,8 @@ void fit_law(PitchEstimate& estimate, const DampingPoints& points, const damping
     if (points.rt60) {
       fit_law_in_room(estimate, points, law);
     } else {
-      estimate.damping = fit_matched(data, law);
+      const damping::DampingFit fit = fit_matched(data, law);
+      estimate.damping = FittedLaw{fit.model, fit.confidence95};
     }
   } catch (const core::InputError& error) {
     estimate.remarks.push_back("damping is not determined: " + error.message());

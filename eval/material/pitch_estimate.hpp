@@ -17,6 +17,12 @@ struct MatchedTone {
   double probability = 0;     ///< that the tone is a mode's
 };
 
+/// A damping law, and what its numbers are known to.
+struct FittedLaw {
+  synth::damping::DampingModel model;
+  std::vector<core::Range> confidence95;  ///< one for each alpha; infinite ends: not bounded
+};
+
 /// A material from pitches alone. What is not determined is not there.
 struct PitchEstimate {
   std::optional<double> specific_modulus;  ///< E / density [m^2/s^2], the posterior's median
@@ -28,13 +34,13 @@ struct PitchEstimate {
   core::Range scale95 = {};
   std::optional<double> poisson_ratio;  ///< where several were tried
   core::Range poisson95 = {};
-  std::optional<damping::DampingFit> damping;  ///< of the matched tones
-  std::optional<double> room_rt60;             ///< [s]; none: no room is heard
-  std::vector<MatchedTone> matches;            ///< empty where the modulus is not determined
-  double log_evidence = 0;                     ///< PitchPosterior::log_evidence
-  double chance = 1;                           ///< chance_of_match()
-  double scatter_cents = 0;  ///< of the tones about the modes, at the posterior's maximum
-  double sharpness = 0;      ///< of the modes there, in units of their estimated errors
+  std::optional<FittedLaw> damping;  ///< of the matched tones
+  std::optional<double> room_rt60;   ///< [s]; none: no room is heard
+  std::vector<MatchedTone> matches;  ///< empty where the modulus is not determined
+  double log_evidence = 0;           ///< PitchPosterior::log_evidence
+  double chance = 1;                 ///< chance_of_match()
+  double scatter_cents = 0;          ///< of the tones about the modes, at the posterior's maximum
+  double sharpness = 0;              ///< of the modes there, in units of their estimated errors
   std::size_t tones = 0;
   std::string undetermined;  ///< why there is no specific modulus; "" where there is one
   std::vector<std::string> remarks;

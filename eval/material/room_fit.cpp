@@ -34,7 +34,8 @@ constexpr double scatter_spread = 0.7;  // of its logarithm
 /// Share of the room's rate below which a point is taken for its own at the start.
 constexpr double slow = 0.5;
 
-constexpr double well_known = 0.15;  // relative scatter up to which a point counts in full
+constexpr double unknown_error = 0.15;  // relative, of a point whose error nobody states
+constexpr double well_known = 0.15;     // relative scatter up to which a point counts in full
 
 /// Both parts of a point's density.
 struct PointDensity {
@@ -71,7 +72,7 @@ struct RoomObjective {
   const LawSearch& search;
 
   double error(std::size_t i) const {
-    if (data.errors.empty() || !std::isfinite(data.errors[i])) return 0;
+    if (data.errors.empty() || !std::isfinite(data.errors[i])) return unknown_error;
     return data.errors[i] / data.coefficients[i];
   }
   /// @param y  coordinates of the law, then the logarithm of the scatter
@@ -129,15 +130,14 @@ std::optional<damping::DampingFit> plain_fit(const damping::DampingData& data,
 RoomFit fit_in_room(const damping::DampingData& data, std::span<const double> rooms,
                     const damping::DampingLaw& law) {
   using damping::Estimator;
-  RoomFit found;
-  found.fit =
+  const damping::DampingFit plain =
       damping::fit_damping(data, law, {.estimator = Estimator::least_squares, .confidence = false});
-  const LawSearch search = law_search(data, law, found.fit.model.parameters);
+  const LawSearch search = law_search(data, law, plain.model.parameters);
   const RoomObjective objective{data, rooms, search};
   const damping::DampingData below = slow_points(data, rooms);
   Minimum best;
   best.value = 2 * unusable;
-  for (const auto& start : {std::optional(found.fit), plain_fit(data, law, Estimator::lower_bound),
+  for (const auto& start : {std::optional(plain), plain_fit(data, law, Estimator::lower_bound),
                             plain_fit(below, law, Estimator::least_squares),
                             plain_fit(below, law, Estimator::lower_bound)}) {
     if (!start) continue;
@@ -149,18 +149,18 @@ RoomFit fit_in_room(const damping::DampingData& data, std::span<const double> ro
     if (minimum.value < best.value) best = minimum;
   }
   const auto [likely, telling] = objective.own(best.x);
+  RoomFit found;
   found.own = telling;
-  found.fit.model.parameters = search.parameters(best.x);
-  found.fit.sigma = std::exp(best.x.back());
-  found.fit.log_likelihood = -0.5 * best.value;
-  const std::size_t count = found.fit.model.parameters.size();
+  found.model = plain.model;
+  found.model.parameters = search.parameters(best.x);
+  found.sigma = std::exp(best.x.back());
+  const std::size_t count = found.model.parameters.size();
   const double freedom = std::max(1.0, likely - static_cast<double>(count));
   const double t = boost::math::quantile(boost::math::students_t(freedom), 0.975);
   const double limit = best.value + (freedom + 1) * std::log1p(t * t / freedom);
   for (std::size_t k = 0; k < count; ++k) {
     const core::Range range = profile_range(objective, best.x, k, limit);
-    found.fit.confidence95.push_back(
-        {search.parameter(k, range.low), search.parameter(k, range.high)});
+    found.confidence95.push_back({search.parameter(k, range.low), search.parameter(k, range.high)});
   }
   return found;
 }

@@ -1,13 +1,16 @@
 #pragma once
 
 #include <span>
+#include <vector>
 
 #include "eval/damping/fit_damping.hpp"
 
 namespace carillon::eval::material {
 
 struct RoomFit {
-  damping::DampingFit fit;  ///< sigma: of modes that the room does not touch
+  synth::damping::DampingModel model;     ///< with the numbers found
+  std::vector<core::Range> confidence95;  ///< one for each number; infinite ends: not bounded
+  double sigma = 0;  ///< relative scatter of modes that the room does not touch
   /// How many points show their own decay and not the room's: the sum of their probabilities,
   /// those known to 15 % in full, others by (15 % / scatter)^2.
   double own = 0;
@@ -22,9 +25,9 @@ struct RoomFit {
 ///       + 0.02 logistic(ln(c_i / c)),
 ///     w = 0.05 + 0.9 / (1 + (u / 0.7)^4),   s_i^2 = s^2 + error_i^2 + (u^2 / 4)^2, u below 3
 ///     there,
-/// with Student's t of 4 degrees of freedom, the features' own errors relative to c_i and ln s
-/// normal about ln 0.03 (deviation 0.7). The intervals are those of the profile likelihood, with
-/// the limit of Student's t for as many points as show their own decay.
+/// with Student's t of 4 degrees of freedom, the features' own errors relative to c_i (15 % where
+/// one is not known) and ln s normal about ln 0.03 (deviation 0.7). The intervals are those of the
+/// profile likelihood, with the limit of Student's t for as many points as show their own decay.
 /// @param rooms  C of the room at each point [1/s]; infinite: heard without a room
 /// @throws InputError  as fit_damping()
 RoomFit fit_in_room(const damping::DampingData& data, std::span<const double> rooms,

@@ -80,12 +80,23 @@ std::optional<double> RoomSound::rt60() const {
   return companion_rate * std::log(1000) / std::exp(core::median(log_rates_));
 }
 
-const features::Feature& slowest_in_line(const features::FeatureSet& set, std::size_t head) {
+const features::Feature& slowest_in_line(const features::FeatureSet& set, std::size_t head,
+                                         std::span<const std::size_t> heads) {
+  const auto distance = [&](std::size_t of, const features::Feature& feature) {
+    return std::abs(std::log(feature.frequency / set.features[of].frequency));
+  };
+  const auto is_anothers = [&](const features::Feature& feature) {
+    return std::any_of(heads.begin(), heads.end(), [&](std::size_t other) {
+      return other != head &&
+             (distance(other, feature) < distance(head, feature) ||
+              (other < head && distance(other, feature) == distance(head, feature)));
+    });
+  };
   const features::Feature& strongest = set.features[head];
   const features::Feature* slowest = &strongest;
   bool found = false;
   for (const features::Feature& feature : set.features) {
-    if (std::abs(std::log(feature.frequency / strongest.frequency)) > same_line) continue;
+    if (distance(head, feature) > same_line || is_anothers(feature)) continue;
     if (!(feature.snr > strongest.snr - weaker_in_line)) continue;
     if (!(feature.decay_rate_error < exact * feature.decay_rate)) continue;
     if (found && feature.decay_rate >= slowest->decay_rate) continue;
@@ -117,8 +128,9 @@ DampingPoints damping_points(std::span<const features::FeatureSet> recordings,
     for (const FeatureIndex& head : mode) {
       const features::FeatureSet& set = recordings[head.recording];
       const RoomSound& around = rooms[head.recording];
-      features::Feature feature =
-          around.heard() ? slowest_in_line(set, head.feature) : set.features[head.feature];
+      features::Feature feature = around.heard()
+                                      ? slowest_in_line(set, head.feature, heads[head.recording])
+                                      : set.features[head.feature];
       if (around.heard()) feature.reverberant = false;  // the fit tells
       if (feature.reverberant) continue;
       if (best && !(relative_error(feature) < relative_error(*best))) continue;

@@ -39,7 +39,10 @@ class RoomSound {
 /// The feature that tells the damping of a mode heard in a room: the slowest of those within 20
 /// cents of the mode's strongest, at most 10 dB weaker and exact within 6 %. The strongest is often
 /// what the room makes of the strike.
-const features::Feature& slowest_in_line(const features::FeatureSet& set, std::size_t head);
+/// @param heads  strongest features of all modes: none is another's, and a feature in the lines of
+///               two is that of the nearer one
+const features::Feature& slowest_in_line(const features::FeatureSet& set, std::size_t head,
+                                         std::span<const std::size_t> heads);
 
 /// What the damping of matched modes is fitted to.
 struct DampingPoints {

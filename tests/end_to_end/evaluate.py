@@ -313,7 +313,16 @@ class Evaluate(FolderTest):
         self.assertEqual(document["tasks_run"]["features"], 3)  # a shard of each object, in rooms
         count = {(row["condition"], row["features"]): row["median_per_sound"] for row in document["found_features"]}
         self.assertEqual(count["clean", "room_likelihood"], count["clean", "esprit"])
-        self.assertGreater(count["noise and room", "room_likelihood"], count["noise and room", "esprit"])
+        # Medians of two or three modes are often equal; so many are there, and so fast:
+        rates = {name: [] for name in ("esprit", "room_likelihood")}
+        for path in output.glob("**/*.h5"):
+            with h5py.File(path) as file:
+                if file.attrs.get("extractor") in rates and file.attrs["sounds"].split("/")[1] == "noise and room":
+                    rates[file.attrs["extractor"]] += file["decay_rate"][:].tolist()
+        room_rate = numpy.log(1000) / 0.2
+        self.assertGreater(len(rates["room_likelihood"]), len(rates["esprit"]))
+        self.assertGreater(sum(rate > room_rate for rate in rates["room_likelihood"]), 5)
+        self.assertEqual(sum(rate > room_rate for rate in rates["esprit"]), 0)
         medians = {name: [row["median"] for row in document["errors"]
                           if (row["condition"], row["features"]) == ("clean", name)]
                    for name in ("esprit", "room_likelihood")}

@@ -89,6 +89,10 @@ class Recordings(FolderTest):
         self.assertEqual(answer.returncode, 2)
         self.assertIn("no usable feature", answer.stderr)
         self.assertIn("silent, twice.wav: ", answer.stderr)
+        # In a room that is known the reason is the same, and so are the checks.
+        self.assertIn("silent, twice.wav: silent", run("fit", silent, "--rt60", "0.3").stderr)
+        band = run("fit", silent, "--rt60", "0.3", "--min-frequency", "30 kHz", "--max-frequency", "40 kHz")
+        self.assertIn("no mode can lie above", band.stderr)
 
 
 class Fits(FolderTest):

@@ -116,6 +116,11 @@ TEST(ReverberantLine, ScatterIsThatOfTheBound) {
   }
 }
 
+std::vector<features::Feature> modes_in_room(std::span<const double> samples, double sample_rate,
+                                             const features::FeatureOptions& options) {
+  return reverberant_modes(samples, sample_rate, options).features;
+}
+
 TEST(ReverberantModes, FasterThanTheRoomAreFound) {
   const std::vector<Partial> partials = {{640, 3, 1, 1},   {1250, 9, 1, 2},  {2470, 16, 1, 3},
                                          {3900, 40, 1, 0}, {5200, 60, 1, 1}, {6500, 90, 1, 2}};
@@ -129,8 +134,7 @@ TEST(ReverberantModes, FasterThanTheRoomAreFound) {
     const std::vector<double> sound = strike_in_room(partials, {44100, 1, 0}, 0.3, random);
     samples.insert(samples.end(), sound.begin(), sound.end());
     add_noise(samples, shape, 50, random);
-    const double rt60[] = {0.3};  // 23 1/s
-    const auto modes = reverberant_modes(samples, shape.sample_rate, rt60, {.min_level = -50});
+    const auto modes = modes_in_room(samples, shape.sample_rate, {.rt60 = {0.3}, .min_level = -50});
     for (std::size_t k = 0; k < partials.size(); ++k) {
       const Partial& partial = partials[k];
       const auto found = std::find_if(modes.begin(), modes.end(), [&](const auto& mode) {
@@ -152,22 +156,104 @@ TEST(ReverberantModes, FasterThanTheRoomAreFound) {
   EXPECT_GE(near, all * 9 / 10);
 }
 
-TEST(ReverberantModes, NoiseAloneHasNone) {
-  TestRandom random(2);
-  std::vector<double> samples;
-  for (int n = 0; n < 44100; ++n) {
-    samples.push_back(0.1 * std::exp(-23 * n / 44100.0) * random.normal());
+/// Damped by 0.1 to 0.4 1/s in a room of 0.3 s: bells and forks, as long as the clip lasts.
+TEST(ReverberantModes, SlowModesAreFound) {
+  const std::vector<Partial> partials = {
+      {440, 0.1, 1, 1}, {1100, 0.2, 1, 2}, {2330, 0.3, 1, 3}, {4100, 0.4, 1, 0}};
+  for (int seed = 1; seed <= 3; ++seed) {
+    TestRandom random(static_cast<std::uint64_t>(seed));
+    const ClipShape shape{44100, 2, 0};
+    std::vector<double> samples = strike_in_room(partials, shape, 0.3, random);
+    add_noise(samples, shape, 60, random);
+    const auto set = reverberant_modes(samples, shape.sample_rate, {.rt60 = {0.3}});
+    ASSERT_EQ(set.features.size(), partials.size());
+    for (std::size_t k = 0; k < partials.size(); ++k) {
+      const features::Feature& mode = set.features[k];
+      EXPECT_NEAR(mode.frequency, partials[k].frequency, 0.05);
+      EXPECT_NEAR(mode.decay_rate, partials[k].decay_rate, 3 * mode.decay_rate_error);
+      EXPECT_LT(mode.decay_rate_error, 0.2 * mode.decay_rate);
+    }
+    EXPECT_TRUE(set.remarks.empty());
   }
-  const double rt60[] = {0.3};
-  EXPECT_LE(reverberant_modes(samples, 44100, rt60).size(), 1u);
+}
+
+TEST(ReverberantModes, TonesThatAreTooSlowToTellAreRemarkedOn) {
+  const std::vector<Partial> partials = {{440, 1e-4, 1, 1}, {2330, 5, 1, 3}};
+  const ClipShape shape{44100, 1, 0};
+  TestRandom random(4);
+  std::vector<double> samples = strike_in_room(partials, shape, 0.3, random);
+  add_noise(samples, shape, 60, random);
+  features::FeatureOptions options{.rt60 = {0.3}};
+  const auto set = reverberant_modes(samples, shape.sample_rate, options);
+  ASSERT_EQ(set.features.size(), 1u);
+  EXPECT_NEAR(set.features[0].frequency, 2330, 1);
+  ASSERT_EQ(set.remarks.size(), 1u);
+  EXPECT_TRUE(set.remarks[0].starts_with("1 tone decays too slowly")) << set.remarks[0];
+  // What is slower than the user's limit is a hum.
+  options.min_decay_rate = 1;
+  const auto told = reverberant_modes(samples, shape.sample_rate, options);
+  EXPECT_TRUE(told.remarks.empty());
+  ASSERT_EQ(told.hums.size(), 1u);
+  EXPECT_NEAR(told.hums[0].frequency, 440, 1);
+  options.min_decay_rate = 10;
+  EXPECT_EQ(reverberant_modes(samples, shape.sample_rate, options).nothing, "only steady tones");
+}
+
+TEST(ReverberantModes, ReasonsRemarksAndTheEndAreThoseOfAnyExtraction) {
+  const features::FeatureOptions in_room{.rt60 = {0.3}};
+  for (const std::vector<double>& samples :
+       {std::vector<double>{}, std::vector<double>(44100, 0.0), std::vector<double>(20, 0.1)}) {
+    const std::string reason = features::extract_features(samples, 44100).nothing;
+    EXPECT_FALSE(reason.empty());
+    EXPECT_EQ(reverberant_modes(samples, 44100, in_room).nothing, reason);
+  }
+  // Another strike at 0.8 s ends what is analysed, and so does a duration.
+  const std::vector<Partial> partials = {{640, 3, 1, 1}, {2470, 16, 1, 3}};
+  const ClipShape shape{44100, 0.8, 0};
+  TestRandom random(5);
+  std::vector<double> samples(2205, 0.0);
+  for (int strike = 0; strike < 2; ++strike) {
+    const auto sound = strike_in_room(partials, shape, 0.3, random);
+    for (const double sample : sound) samples.push_back(sample * (strike == 0 ? 1 : 0.5));
+  }
+  add_noise(samples, {44100, 1.65, 0.05}, 50, random);
+  const auto set = reverberant_modes(samples, 44100, in_room);
+  const auto plain = features::extract_features(samples, 44100);
+  ASSERT_FALSE(plain.remarks.empty());
+  ASSERT_FALSE(set.remarks.empty());
+  EXPECT_EQ(set.remarks[0], plain.remarks[0]);
+  EXPECT_EQ(set.onset, plain.onset);
+  EXPECT_EQ(set.begin, plain.begin);
+  EXPECT_NEAR(set.end, 0.85, 0.01);
+  features::FeatureOptions brief = in_room;
+  brief.duration = 0.25;
+  EXPECT_NEAR(reverberant_modes(samples, 44100, brief).end, set.begin + 0.25, 1e-4);
+}
+
+TEST(ReverberantModes, NoiseAloneHasHardlyAny) {
+  constexpr std::uint64_t draws = 10;
+  std::size_t found = 0;
+  for (std::uint64_t seed = 1; seed <= draws; ++seed) {
+    TestRandom random(seed);
+    std::vector<double> samples;
+    for (int n = 0; n < 44100; ++n) {
+      samples.push_back(0.1 * std::exp(-23 * n / 44100.0) * random.normal());
+    }
+    found += modes_in_room(samples, 44100, {.rt60 = {0.3}}).size();
+  }
+  EXPECT_LE(found, draws / 2);
 }
 
 TEST(ReverberantModes, RefuseWhatIsNoSound) {
-  const std::vector<double> samples = {0, 1, std::nan("")};
-  const double rt60[] = {0.3};
-  EXPECT_THROW(reverberant_modes(samples, 44100, rt60), core::InputError);
-  EXPECT_THROW(reverberant_modes(std::vector<double>(100), 0, rt60), core::InputError);
-  EXPECT_THROW(reverberant_modes(std::vector<double>(100), 44100, {}), core::InputError);
+  const features::FeatureOptions in_room{.rt60 = {0.3}};
+  const std::vector<double> silence(100), broken = {0, 1, std::nan("")};
+  EXPECT_THROW(reverberant_modes(broken, 44100, in_room), core::InputError);
+  EXPECT_THROW(reverberant_modes(silence, 0, in_room), core::InputError);
+  EXPECT_THROW(reverberant_modes(silence, 44100, {}), core::InputError);
+  EXPECT_THROW(reverberant_modes(silence, 44100, {.rt60 = {0.0, 0.0}}), core::InputError);
+  EXPECT_THROW(reverberant_modes(silence, 44100,
+                                 {.min_frequency = 30000, .max_frequency = 40000, .rt60 = {0.3}}),
+               core::InputError);
 }
 
 TEST(DampingData, ReverberantModesKeepTheirProportionsWhenJoined) {

@@ -20,6 +20,7 @@ enum LinePlace { line_omega, line_decay, line_drive, line_noise };
 constexpr int filter_reach = 4;  // samples of the band
 constexpr double filter_roll_off = 0.6;
 constexpr std::size_t min_samples = 12;
+constexpr double steady_decay = 1e-5;  // lower bound of d over the least that is told
 
 /// Root-raised-cosine pulse, its symbols 1 apart.
 double root_raised_cosine(double t) {
@@ -165,29 +166,40 @@ std::optional<ReverberantLine> fit_line(const BandSignal& band, double room_rate
   if (!(peak > 0)) return {};
   const double noise = std::max(core::median(late) / std::numbers::ln2, 1e-12 * peak);
   const double fastest = 2 * band.rate, widest = 0.3 * 2 * std::numbers::pi * band.rate;
-  Box box{Eigen::Vector4d(-widest, std::log(0.02 * room_rate), std::log(1e-3 * peak),
-                          std::log(1e-13 * peak)),
-          Eigen::Vector4d(widest, std::log(fastest), std::log(1e8 * peak), std::log(peak))};
+  const double told = least_decay * band.rate / static_cast<double>(count);
+  const double slowest = steady_decay * std::min(told, room_rate);
+  Box box{
+      Eigen::Vector4d(-widest, std::log(slowest), std::log(1e-3 * peak), std::log(1e-13 * peak)),
+      Eigen::Vector4d(widest, std::log(fastest), std::log(1e8 * peak), std::log(peak))};
   const Objective objective = [&](const Eigen::VectorXd& x) {
     const LineJet jet = misfit_jet(band, room_rate, std::span<const double, 4>(x.data(), 4));
     return LocalModel{jet.value, jet.first, jet.second};
   };
   BoundedMinimum best;
   best.at.value = core::infinity;
-  for (const double decay : {0.4, 1.2, 3.0}) {
+  for (const double decay : {0.03, 0.4, 1.2, 3.0}) {
     const Eigen::Vector4d start(0, std::log(decay * room_rate), std::log(40 * peak),
                                 std::log(noise));
     NewtonOptions options;
     options.tolerance = 1e-7;
-    options.max_iterations = 40;
+    options.max_iterations = 100;
     BoundedMinimum found = minimise(objective, start, box, options);
     if (found.at.value < best.at.value) best = std::move(found);
   }
   if (!best.converged) return {};
-  // At a bound of its decay or frequency it is no mode.
-  if (best.x[line_decay] <= box.low[line_decay] || best.x[line_decay] >= box.high[line_decay] ||
-      std::abs(best.x[line_omega]) >= widest) {
+  // At a bound of its frequency or the upper one of its decay it is no mode.
+  if (best.x[line_decay] >= box.high[line_decay] || std::abs(best.x[line_omega]) >= widest) {
     return {};
+  }
+  ReverberantLine line;
+  line.frequency = band.frequency + best.x[line_omega] / (2 * std::numbers::pi);
+  line.decay_rate = std::exp(best.x[line_decay]);
+  line.level = peak / std::exp(best.x[line_noise]);
+  line.whiteness = whiteness_of(band, room_rate, std::span<const double, 4>(best.x.data(), 4));
+  line.too_slow = line.decay_rate < told;
+  if (line.too_slow) {
+    line.frequency_error = line.decay_rate_error = core::infinity;
+    return line;
   }
   std::vector<Eigen::Index> free = {line_omega, line_decay};
   for (const Eigen::Index place : {line_drive, line_noise}) {
@@ -198,13 +210,8 @@ std::optional<ReverberantLine> fit_line(const BandSignal& band, double room_rate
   if (factor.info() != Eigen::Success) return {};
   const Eigen::MatrixXd covariance =
       factor.solve(Eigen::MatrixXd::Identity(information.rows(), information.cols()));
-  ReverberantLine line;
-  line.frequency = band.frequency + best.x[line_omega] / (2 * std::numbers::pi);
-  line.decay_rate = std::exp(best.x[line_decay]);
   line.frequency_error = std::sqrt(covariance(0, 0)) / (2 * std::numbers::pi);
   line.decay_rate_error = std::sqrt(covariance(1, 1)) * line.decay_rate;
-  line.level = peak / std::exp(best.x[line_noise]);
-  line.whiteness = whiteness_of(band, room_rate, std::span<const double, 4>(best.x.data(), 4));
   return line;
 }
 

@@ -7,6 +7,9 @@
 
 namespace carillon::eval::damping {
 
+/// What a mode must have decayed by the end of a band, that its decay may be told.
+inline constexpr double least_decay = 0.1;
+
 /// A band of a sound about a frequency, shifted to 0 Hz, at a low rate; white noise stays white.
 struct BandSignal {
   double frequency = 0;  ///< that is at 0 Hz now [Hz]
@@ -35,10 +38,13 @@ struct ReverberantLine {
   double level = 0;      ///< power at the begin over the noise's
   double whiteness = 0;  ///< of the innovations: N times the sum of squared autocorrelations at
                          ///< lags 1 to 3, gamma of shape 3 where one mode is all there is
+  /// A steady tone, or one that decays by less than 10 % over the band's length; its errors are
+  /// infinite.
+  bool too_slow = false;
 };
 
-/// The most likely mode of a band; none where no maximum lies within the bounds: d from 0.02 delta
-/// to twice the rate, frequencies within 0.3 of the rate.
+/// The most likely mode of a band; none where no maximum lies within the bounds: d up to twice the
+/// rate, frequencies within 0.3 of the rate.
 /// @param room_rate  delta [1/s]
 std::optional<ReverberantLine> fit_line(const BandSignal& band, double room_rate);
 

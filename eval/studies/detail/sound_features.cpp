@@ -29,7 +29,7 @@ constexpr std::size_t sounds_per_block = 32;
 /// The modes of an object are at hand for all of its sounds.
 constexpr std::size_t truths_per_block = 256;
 /// Of what is kept. Raise it when the same sound gives other features.
-constexpr int revision = 8;
+constexpr int revision = 9;
 
 std::string text_of(const FeatureSource& source) {
   const features::FeatureOptions& o = source.options;
@@ -168,14 +168,9 @@ features::FeatureSet found_features(std::span<const double> samples, double samp
                                     const FeatureSource& source, std::span<const double> rt60) {
   features::FeatureOptions options = source.options;
   options.rt60.assign(rt60.begin(), rt60.end());
-  if (source.name != room_likelihood || rt60.empty()) {
-    return features::extract_features(samples, sample_rate, options);
-  }
-  features::FeatureSet set;
-  set.features =
-      damping::reverberant_modes(samples, sample_rate, rt60, damping::reverberant_options(options));
-  if (set.features.empty()) set.nothing = damping::no_reverberant_mode;
-  return set;
+  const bool by_room = source.name == room_likelihood && damping::reverberates(rt60);
+  return by_room ? damping::reverberant_modes(samples, sample_rate, options)
+                 : features::extract_features(samples, sample_rate, options);
 }
 
 }  // namespace
