@@ -6,7 +6,7 @@ import subprocess
 import sys
 import unittest
 
-from program import CARILLON, CONFIGS, FolderTest, TIMEOUT_FACTOR
+from program import CARILLON, CONFIGS, TIMEOUT_FACTOR, FolderTest
 
 BENCH = CONFIGS.parent / "scripts" / "bench_estimates"
 

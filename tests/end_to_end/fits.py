@@ -233,7 +233,10 @@ class Fits(FolderTest):
         self.assertGreater(sum(f["decay_rate_per_s"] > math.log(1000) / rt60 for f in known["features"]), 4)
         for alpha, true, within in (("alpha1", law[0], 0.15), ("alpha2", law[1], 0.1)):
             self.assertLess(abs(known["parameters"][alpha] / true - 1), within)
-        self.assertGreater(abs(unknown["parameters"]["alpha2"] / law[1] - 1), 0.3)
+        # Without the room's time, what it makes of these modes is taken for them.
+        known_off, unknown_off = (abs(found["parameters"]["alpha2"] / law[1] - 1) for found in (known, unknown))
+        print(f"alpha2 is off by {known_off:.3f} with the room's time and {unknown_off:.3f} without", flush=True)
+        self.assertGreater(unknown_off, 3 * known_off)
 
     def test_units_and_other_quantities(self):
         f, d = drawn(60)
