@@ -46,5 +46,5 @@ def draw(fits, path):
     handles = {}
     for axis in axes.flat:
         handles.update({label: handle for handle, label in zip(*axis.get_legend_handles_labels())})
-    figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=4)
-    figure.savefig(path, dpi=80)
+    figure.legend(handles.values(), handles.keys(), loc="upper center", bbox_to_anchor=(0.5, 0), ncols=4)
+    figure.savefig(path, dpi=80, bbox_inches="tight")
