@@ -1,6 +1,5 @@
 #include "eval/damping/fit_inputs.hpp"
 
-#include "core/audio.hpp"
 #include "core/error.hpp"
 #include "eval/damping/reverberant_modes.hpp"
 #include "eval/features/feature_table.hpp"
@@ -10,31 +9,13 @@ namespace carillon::eval::damping {
 
 namespace {
 
-/// The channel of most energy.
-std::vector<double> loudest_channel(const core::AudioClip& clip) {
-  const auto width = static_cast<std::size_t>(clip.channels);
-  std::vector<double> loudest;
-  double most = -1;
-  for (std::size_t c = 0; c < width; ++c) {
-    std::vector<double> samples;
-    double energy = 0;
-    for (std::size_t n = c; n < clip.samples.size(); n += width) {
-      samples.push_back(clip.samples[n]);
-      energy += samples.back() * samples.back();
-    }
-    if (energy <= most) continue;
-    most = energy;
-    loudest = std::move(samples);
-  }
-  return loudest;
-}
-
 /// Of a room that is known, the modes that the loudest channel shows.
 features::FeatureSet found_in(const std::string& path, const features::FeatureOptions& options,
                               bool by_room) {
   if (!by_room) return features::read_features(path, options);
   const core::AudioClip clip = core::read_audio(path);
-  return reverberant_modes(loudest_channel(clip), clip.sample_rate, options);
+  const auto channels = features::channels_by_energy(clip);
+  return reverberant_modes(channels.front().samples, clip.sample_rate, options);
 }
 
 }  // namespace
@@ -44,7 +25,7 @@ FitSource fit_source_of_recording(const std::string& path,
   FitSource source{path, {}, "", {}, options.rt60};
   try {
     source.by_room =
-        options.method == features::FeatureMethod::esprit && reverberates(options.rt60);
+        options.method == features::FeatureMethod::esprit && features::reverberates(options.rt60);
     features::FeatureSet found = found_in(path, options, source.by_room);
     source.features = std::move(found.features);
     source.remarks = std::move(found.remarks);

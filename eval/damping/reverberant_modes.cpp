@@ -74,9 +74,9 @@ std::vector<Peak> spectrum_peaks(std::span<const double> sound, double sample_ra
     peaks.push_back({frequency, power[k], k});
     highest = std::max(highest, power[k]);
   }
-  const double least = highest * std::pow(10, options.min_level / 10);
+  const double weakest = highest * std::pow(10, options.min_level / 10);
   std::erase_if(peaks, [&](const Peak& peak) {
-    return peak.power < least || peak.power < above_floor * floor_at(power, peak.bin, about);
+    return peak.power < weakest || peak.power < above_floor * floor_at(power, peak.bin, about);
   });
   std::sort(peaks.begin(), peaks.end(),
             [](const Peak& a, const Peak& b) { return a.power > b.power; });
@@ -167,23 +167,20 @@ std::size_t sort_lines(std::span<const double> sound, double sample_rate, double
 
 }  // namespace
 
-bool reverberates(std::span<const double> rt60) {
-  return std::any_of(rt60.begin(), rt60.end(), [](double time) { return time > 0; });
-}
-
 features::FeatureSet reverberant_modes(std::span<const double> samples, double sample_rate,
                                        const features::FeatureOptions& options) {
   features::check_extraction(samples, sample_rate, options);
-  if (!reverberates(options.rt60)) throw core::InputError("a room without a reverberation time");
+  if (!features::reverberates(options.rt60))
+    throw core::InputError("a room without a reverberation time");
   const features::Segment segment =
       features::find_segment(samples, sample_rate, options.onset, options.contact_time);
   features::FeatureSet set = features::set_of_segment(segment, sample_rate);
   if (!set.nothing.empty()) return set;
   const double typical = core::median(decay_rates(options.rt60));
   const double seconds = std::min(options.duration, longest / typical);
-  const auto most = static_cast<std::size_t>(std::min(seconds * sample_rate, 1e15));
+  const auto looked_at = static_cast<std::size_t>(std::min(seconds * sample_rate, 1e15));
   const auto sound = samples.subspan(
-      segment.begin, std::min(segment.end - std::min(segment.begin, segment.end), most));
+      segment.begin, std::min(segment.end - std::min(segment.begin, segment.end), looked_at));
   set.end = set.begin + static_cast<double>(sound.size()) / sample_rate;
   const std::size_t too_slow =
       sound.empty() ? 0 : sort_lines(sound, sample_rate, typical, options, set);

@@ -6,18 +6,15 @@
 
 namespace carillon::eval::damping {
 
-/// Whether any octave of a room reverberates.
-bool reverberates(std::span<const double> rt60);
-
 /// Modes of a sound that was recorded in a room of known reverberation time, those that decay
 /// faster than the room among them: from each line of the spectrum the decay rate that is most
 /// likely where the room's tail is Gaussian noise of its own decay (ReverberantLine). Amplitudes
 /// and phases are not known. What is heard later than 5.8 reverberation times is not looked at.
 /// @param samples  full scale 1
-/// @param options  as of extract_features(), its rt60 that of a room that reverberates (octaves of
-/// 0
-///                 are passed over); min_level is the power of a line's peak against the highest;
-///                 method, keep_reverberant and explained have no effect
+/// @param options  as of extract_features(), its rt60 that of a room that reverberates (octaves
+/// that
+///                 do not are passed over); min_level is the power of a line's peak against the
+///                 highest; method, keep_reverberant and explained have no effect
 /// @return features by frequency, ascending. Errors are the standard errors of the observed Fisher
 ///         information times 1.5, and 2 % of d: so far early reflections and doublets are from the
 ///         model, as measured on sounds whose modes are known (docs/damping.md). Modes whose rate

@@ -139,8 +139,7 @@ FeatureSet extract_features(std::span<const double> samples, double sample_rate,
     by_peaks(part.samples, sample_rate, part.after_onset, options, set);
     if (!options.rt60.empty()) mark_faster(options.rt60, set.features);
   } else {
-    const bool in_room =
-        std::any_of(options.rt60.begin(), options.rt60.end(), [](double time) { return time > 0; });
+    const bool in_room = reverberates(options.rt60);
     if (!in_room || options.keep_reverberant) features_by_tones(part, sample_rate, options, set);
     if (in_room) {
       const Segment late = late_segment(segment, sample_rate, options);

@@ -18,4 +18,8 @@ double room_decay_rate(std::span<const double> rt60, double frequency) {
   return std::log(1000.0) / rt60[static_cast<std::size_t>(std::clamp(octave, 0.0, last))];
 }
 
+bool reverberates(std::span<const double> rt60) {
+  return std::any_of(rt60.begin(), rt60.end(), [](double time) { return time > 0; });
+}
+
 }  // namespace carillon::eval::features

@@ -32,4 +32,8 @@ double eigenvalue(const Feature& feature);
 ///              empty; 0: does not reverberate
 double room_decay_rate(std::span<const double> rt60, double frequency);
 
+/// Whether any octave of a room reverberates.
+/// @param rt60  as room_decay_rate() has it; empty: no room
+bool reverberates(std::span<const double> rt60);
+
 }  // namespace carillon::eval::features

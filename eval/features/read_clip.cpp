@@ -6,7 +6,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/audio.hpp"
 #include "core/error.hpp"
 
 namespace carillon::eval::features {
@@ -102,44 +101,48 @@ FeatureSet merge_channels(std::vector<FeatureSet> channels) {
   return set;
 }
 
+std::vector<ClipChannel> channels_by_energy(const core::AudioClip& clip) {
+  const auto width = static_cast<std::size_t>(clip.channels);
+  std::vector<ClipChannel> channels;
+  for (std::size_t c = 0; c < width; ++c) {
+    ClipChannel channel{c, {}};
+    channel.samples.reserve(clip.samples.size() / width);
+    for (std::size_t n = c; n < clip.samples.size(); n += width) {
+      channel.samples.push_back(clip.samples[n]);
+    }
+    const auto same = [&](const ClipChannel& other) { return other.samples == channel.samples; };
+    if (std::any_of(channels.begin(), channels.end(), same)) continue;
+    channels.push_back(std::move(channel));
+  }
+  std::stable_sort(channels.begin(), channels.end(),
+                   [](const ClipChannel& a, const ClipChannel& b) {
+                     return energy(a.samples) > energy(b.samples);
+                   });
+  return channels;
+}
+
 FeatureSet read_features(const std::filesystem::path& path, const FeatureOptions& options) {
   const core::AudioClip clip = core::read_audio(path);
-  const auto width = static_cast<std::size_t>(clip.channels);
-  std::vector<std::vector<double>> channels;
-  std::vector<std::size_t> numbers;  // of the recording
-  for (std::size_t c = 0; c < width; ++c) {
-    std::vector<double> samples;
-    samples.reserve(clip.samples.size() / width);
-    for (std::size_t n = c; n < clip.samples.size(); n += width) samples.push_back(clip.samples[n]);
-    // The same sound on two channels has the same noise, and is no second look at it.
-    if (std::find(channels.begin(), channels.end(), samples) == channels.end()) {
-      channels.push_back(std::move(samples));
-      numbers.push_back(c);
-    }
-  }
   // The loudest first: where it begins and ends counts for all.
-  std::vector<std::size_t> order(channels.size());
-  for (std::size_t c = 0; c < order.size(); ++c) order[c] = c;
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return energy(channels[a]) > energy(channels[b]);
-  });
+  const std::vector<ClipChannel> channels = channels_by_energy(clip);
   std::vector<FeatureSet> sets;
-  for (const std::size_t c : order) {
+  for (const ClipChannel& channel : channels) {
     FeatureOptions own = options;
     if (!sets.empty() && !own.onset && sets.front().nothing.empty()) own.onset = sets.front().onset;
     try {
-      sets.push_back(extract_features(channels[c], clip.sample_rate, own));
+      sets.push_back(extract_features(channel.samples, clip.sample_rate, own));
     } catch (const core::InputError& error) {
       const std::string place =
-          width > 1 ? fmt::format("{}: channel {}", path.string(), numbers[c] + 1) : path.string();
+          clip.channels > 1 ? fmt::format("{}: channel {}", path.string(), channel.number + 1)
+                            : path.string();
       throw core::InputError(fmt::format("{}: {}", place, error.message()), error.hint());
     }
     for (Feature& feature : sets.back().features) {
-      feature.channel = static_cast<int>(numbers[c]);
+      feature.channel = static_cast<int>(channel.number);
     }
     if (channels.size() == 1) continue;
     for (std::string& remark : sets.back().remarks) {
-      remark = fmt::format("channel {}: {}", numbers[c] + 1, remark);
+      remark = fmt::format("channel {}: {}", channel.number + 1, remark);
     }
   }
   if (sets.empty()) {

@@ -1,10 +1,23 @@
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
+#include <vector>
 
+#include "core/audio.hpp"
 #include "eval/features/extract_features.hpp"
 
 namespace carillon::eval::features {
+
+/// A channel of a recording by itself.
+struct ClipChannel {
+  std::size_t number = 0;  ///< from 0
+  std::vector<double> samples;
+};
+
+/// Those of a clip, the one of most energy first. Of equal ones there is one: the same sound twice
+/// has the same noise, and is no second look at it.
+std::vector<ClipChannel> channels_by_energy(const core::AudioClip& clip);
 
 /// Features of an audio file. Channels are analysed one by one; a mode that several of them show
 /// (rates within three standard errors of each other, or 15 % of half the line's width) becomes one

@@ -40,9 +40,8 @@ double relative_error(const features::Feature& feature) {
 
 }  // namespace
 
-RoomSound::RoomSound(std::span<const double> rt60) : rt60_(rt60.begin(), rt60.end()) {
-  const bool none = std::all_of(rt60_.begin(), rt60_.end(), [](double time) { return time == 0; });
-  if (none) rt60_.clear();
+RoomSound::RoomSound(std::span<const double> rt60) {
+  if (features::reverberates(rt60)) rt60_.assign(rt60.begin(), rt60.end());
 }
 
 RoomSound::RoomSound(const features::FeatureSet& set, std::span<const std::size_t> heads) {

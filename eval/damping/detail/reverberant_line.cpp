@@ -166,7 +166,7 @@ std::optional<ReverberantLine> fit_line(const BandSignal& band, double room_rate
   if (!(peak > 0)) return {};
   const double noise = std::max(core::median(late) / std::numbers::ln2, 1e-12 * peak);
   const double fastest = 2 * band.rate, widest = 0.3 * 2 * std::numbers::pi * band.rate;
-  const double told = least_decay * band.rate / static_cast<double>(count);
+  const double told = told_decay * band.rate / static_cast<double>(count);
   const double slowest = steady_decay * std::min(told, room_rate);
   Box box{
       Eigen::Vector4d(-widest, std::log(slowest), std::log(1e-3 * peak), std::log(1e-13 * peak)),

@@ -8,7 +8,7 @@
 namespace carillon::eval::damping {
 
 /// What a mode must have decayed by the end of a band, that its decay may be told.
-inline constexpr double least_decay = 0.1;
+inline constexpr double told_decay = 0.1;
 
 /// A band of a sound about a frequency, shifted to 0 Hz, at a low rate; white noise stays white.
 struct BandSignal {

@@ -150,7 +150,7 @@ Steadiness steadiness_of(const Feature& feature, const SoundPart& part, double s
                     part.quiet, sample_rate);
 }
 
-/// Leaves out modes whose decay rate is not known to within itself.
+/// Leaves out modes whose decay rate is not known to within itself, and notes which slow ones stay.
 /// @param modes  the features' tones
 void leave_out_undetermined(std::vector<Feature>& features, std::vector<Tone>& modes,
                             Doubts& doubts) {
@@ -160,6 +160,7 @@ void leave_out_undetermined(std::vector<Feature>& features, std::vector<Tone>& m
       doubts.undetermined.push_back(features[k].frequency);
       continue;
     }
+    if (features[k].decay_rate < slow_decay) doubts.slow.push_back(features[k].frequency);
     features[kept] = features[k];
     modes[kept++] = modes[k];
   }
@@ -251,7 +252,6 @@ void features_by_tones(const SoundPart& part, double sample_rate, const FeatureO
       const double shift = 0.5 * judge(fit, k, residual).drift * feature.decay_rate;
       feature.decay_rate_error = std::hypot(feature.decay_rate_error, shift);
       feature.frequency_error = std::hypot(feature.frequency_error, shift / (2 * std::numbers::pi));
-      if (feature.decay_rate < slow_decay) doubts.slow.push_back(feature.frequency);
       set.features.push_back(feature);
       modes.push_back(tone);
     }

@@ -168,7 +168,7 @@ features::FeatureSet found_features(std::span<const double> samples, double samp
                                     const FeatureSource& source, std::span<const double> rt60) {
   features::FeatureOptions options = source.options;
   options.rt60.assign(rt60.begin(), rt60.end());
-  const bool by_room = source.name == room_likelihood && damping::reverberates(rt60);
+  const bool by_room = source.name == room_likelihood && features::reverberates(rt60);
   return by_room ? damping::reverberant_modes(samples, sample_rate, options)
                  : features::extract_features(samples, sample_rate, options);
 }
