@@ -26,30 +26,65 @@ using core::path_beside;
 
 namespace {
 
-synth::signal::MelOptions read_mel(ConfigNode node, const scene::AudioConfig& audio) {
-  synth::signal::MelOptions mel;
-  mel.sample_rate = audio.sample_rate;
-  mel.bands = static_cast<int>(node.integer("bands", 1, 1024, 64));
-  mel.fft_size = static_cast<int>(node.integer("fft_size", 16, 1 << 20, 2048));
-  if (mel.fft_size % 2 != 0) node.fail("fft_size", "must be even");
-  if (node.has("hop")) {
+/// The hop and how many frames are kept.
+void read_frames(ConfigNode& node, std::int64_t samples, synth::signal::MelOptions& mel) {
+  if (node.has("overlap")) {
+    if (node.has("hop")) node.fail("hop", "follows from `overlap`: give one of them");
+    const double overlap = node.quantity("overlap", Dimension::none);
+    if (!(overlap >= 0 && overlap < 1)) node.fail("overlap", "must be at least 0 and below 1");
+    mel.hop = std::max(1, static_cast<int>(std::lround((1 - overlap) * mel.fft_size)));
+  } else if (node.has("hop")) {
     mel.hop = static_cast<int>(node.integer("hop", 1, 1 << 24));
   } else {
     // The largest hop that gives these frames; 1837 for 25 of 1 s at 44.1 kHz.
     const std::int64_t frames = node.integer("frames", 2, 100000, 25);
-    const auto samples = static_cast<std::int64_t>(audio.samples());
     mel.hop = static_cast<int>(std::max<std::int64_t>(1, samples / (frames - 1)));
-    const int made = synth::signal::mel_frames(audio.samples(), mel);
+    const std::int64_t made = 1 + samples / mel.hop;
     if (made != frames) {
       node.fail("frames", fmt::format("no hop cuts {} samples into {} frames; the nearest is {}",
                                       samples, frames, made));
     }
+    return;
   }
+  if (!node.has("frames")) return;
+  mel.resized_frames = static_cast<int>(node.integer("frames", 1, 100000));
+  const std::int64_t made = 1 + samples / mel.hop;
+  if (mel.resized_frames > made) {
+    node.fail("frames", fmt::format("there are {} frames at a hop of {} samples: no more can be "
+                                    "made of them",
+                                    made, mel.hop));
+  }
+}
+
+void read_bands(ConfigNode& node, synth::signal::MelOptions& mel) {
+  mel.bands = static_cast<int>(node.integer("bands", 1, 1024, 64));
+  if (!node.has("computed_bands")) return;
+  mel.resized_bands = mel.bands;
+  mel.bands = static_cast<int>(node.integer("computed_bands", 1, 1024));
+  if (mel.bands < mel.resized_bands) {
+    node.fail("computed_bands", fmt::format("must be at least `bands`, {}", mel.resized_bands));
+  }
+}
+
+synth::signal::MelOptions read_mel(ConfigNode node, const scene::AudioConfig& audio) {
+  synth::signal::MelOptions mel;
+  mel.sample_rate = audio.sample_rate;
+  read_bands(node, mel);
+  mel.fft_size = static_cast<int>(node.integer("fft_size", 16, 1 << 20, 2048));
+  if (mel.fft_size % 2 != 0) node.fail("fft_size", "must be even");
+  read_frames(node, static_cast<std::int64_t>(audio.samples()), mel);
   mel.min_frequency = node.quantity("min_frequency", Dimension::frequency, 0);
   mel.max_frequency = node.quantity("max_frequency", Dimension::frequency, audio.sample_rate / 2);
   if (!(mel.min_frequency >= 0 && mel.max_frequency > mel.min_frequency &&
         mel.max_frequency <= audio.sample_rate / 2)) {
     node.fail("max_frequency", "must be above min_frequency and at most half the sample rate");
+  }
+  if (const int empty = synth::signal::empty_mel_bands(mel); empty > 0) {
+    node.fail(mel.resized_bands > 0 ? "computed_bands" : "bands",
+              fmt::format("{} of {} bands hold no bin of an FFT of {} (`fft_size`), and would be "
+                          "silent whatever sounds",
+                          empty, mel.bands, mel.fft_size),
+              synth::signal::resolved_mel_bands(mel));
   }
   return mel;
 }

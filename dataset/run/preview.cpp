@@ -41,7 +41,8 @@ const plan::Sample& find_sample(const plan::BuildPlan& plan, const std::string& 
 }
 
 /// Grey picture of a spectrogram, 80 dB below its maximum black, low bands at the bottom.
-core::Image spectrogram_picture(const std::vector<float>& mel, int bands, int frames) {
+core::Image spectrogram_picture(const std::vector<float>& mel, synth::signal::MelExtent extent) {
+  const auto [bands, frames] = extent;
   constexpr int scale = 6;
   constexpr double floor_db = -80;
   const float top = std::max(1e-30f, *std::max_element(mel.begin(), mel.end()));
@@ -75,9 +76,8 @@ void write_sound(const configuration::BuildConfig& config, const samples::Sample
   const std::size_t count = config.scene.audio.samples();
   const std::vector<float> mel =
       synth::signal::MelSpectrogram(*config.mel)(std::span(result.sound.audio).first(count));
-  core::write_png(
-      folder / "spectrogram.png",
-      spectrogram_picture(mel, config.mel->bands, synth::signal::mel_frames(count, *config.mel)));
+  core::write_png(folder / "spectrogram.png",
+                  spectrogram_picture(mel, synth::signal::mel_extent(count, *config.mel)));
 }
 
 }  // namespace

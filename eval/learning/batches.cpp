@@ -33,12 +33,12 @@ std::vector<std::uint32_t> rows_of_rank(const std::vector<std::uint32_t>& rows, 
   return own;
 }
 
-BatchReader::BatchReader(SampleSource& source, const LabelledSamples& samples,
-                         std::vector<Modality> modalities, std::vector<std::uint32_t> rows,
-                         double memory)
+BatchReader::BatchReader(SampleSource& source, const LabelledSamples& samples, const Method& method,
+                         std::vector<std::uint32_t> rows, double memory)
     : source_(source),
       samples_(samples),
-      modalities_(std::move(modalities)),
+      modalities_(method.modalities),
+      spectrogram_(method.spectrogram),
       rows_(std::move(rows)),
       objects_(modalities_.size()) {
   std::set<std::uint32_t> named;
@@ -86,6 +86,7 @@ BatchReader::Window BatchReader::load(std::vector<std::uint32_t> rows) {
       for (std::size_t i = 0; i < full.size(); ++i) heard[first + i] = heard[first + i] && full[i];
       first = end;
     }
+    if (modalities_[s] == Modality::spectrogram) spectrogram_.apply(values);
   }
   window.silent = static_cast<std::size_t>(std::count(heard.begin(), heard.end(), false));
   return window;

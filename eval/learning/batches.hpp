@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "eval/learning/method.hpp"
 #include "eval/learning/sample_source.hpp"
 #include "eval/learning/task.hpp"
 
@@ -30,9 +31,10 @@ class BatchReader {
   /// @param rows    ascending
   /// @param memory  for samples and the objects that they are of [B]; the latter are all held, and
   ///                the order of samples depends on whether all fit
+  /// @param method  whose modalities they are, scaled as it wants them
   /// @throws InputError  the source lacks a modality; says how to get it
-  BatchReader(SampleSource& source, const LabelledSamples& samples,
-              std::vector<Modality> modalities, std::vector<std::uint32_t> rows, double memory);
+  BatchReader(SampleSource& source, const LabelledSamples& samples, const Method& method,
+              std::vector<std::uint32_t> rows, double memory);
   ~BatchReader();
   BatchReader(const BatchReader&) = delete;
   BatchReader& operator=(const BatchReader&) = delete;
@@ -65,7 +67,8 @@ class BatchReader {
 
   SampleSource& source_;
   const LabelledSamples& samples_;
-  std::vector<Modality> modalities_;
+  const std::vector<Modality> modalities_;
+  const SpectrogramInput spectrogram_;
   std::vector<ModalityLayout> layouts_;
   std::vector<std::uint32_t> rows_;
   std::size_t window_rows_ = 0;

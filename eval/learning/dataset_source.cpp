@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <map>
+#include <utility>
 
 #include "core/error.hpp"
 #include "core/hash.hpp"
@@ -37,6 +38,15 @@ ClipFormat format_of(const core::Hdf5Group& file, const std::filesystem::path& f
   format.mel.hop = static_cast<int>(file.number_attribute("hop", "mel"));
   format.mel.min_frequency = file.number_attribute("min_frequency_hz", "mel");
   format.mel.max_frequency = file.number_attribute("max_frequency_hz", "mel");
+  const auto frames = static_cast<int>(mel[mel.size() - 1]);
+  if (synth::signal::mel_extent(format.samples, format.mel).frames != frames) {
+    format.mel.resized_frames = frames;
+  }
+  if (!file.attributes("mel").contains("computed_bands")) return format;  // of earlier versions
+  if (const auto computed = static_cast<int>(file.number_attribute("computed_bands", "mel"));
+      computed != format.mel.bands) {
+    format.mel.resized_bands = std::exchange(format.mel.bands, computed);
+  }
   return format;
 }
 

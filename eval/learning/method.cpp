@@ -106,6 +106,8 @@ nlohmann::ordered_json to_json(const Method& method) {
   for (const Modality modality : method.modalities) json["modalities"].push_back(name_of(modality));
   json["fusion"] = name_of(method.fusion);
   json["neighbours"] = method.neighbours;
+  json["spectrogram"] = {{"scale", name_of(method.spectrogram.scale)},
+                         {"range_db", method.spectrogram.range}};
   const LayerSizes& sizes = method.sizes;
   json["sizes"] = {{"width", sizes.width},
                    {"filters", sizes.filters},
@@ -138,6 +140,9 @@ Method method_from(const nlohmann::json& json) {
   }
   method.fusion = named(all_fusions, json.at("fusion"));
   method.neighbours = json.at("neighbours");
+  const nlohmann::json& spectrogram = json.at("spectrogram");
+  method.spectrogram = {named(all_spectrogram_scales, spectrogram.at("scale")),
+                        spectrogram.at("range_db")};
   const nlohmann::json& sizes = json.at("sizes");
   method.sizes = {.width = sizes.at("width"),
                   .filters = sizes.at("filters"),

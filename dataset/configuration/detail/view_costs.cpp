@@ -15,7 +15,7 @@ constexpr double seconds_per_cell = 2e-7;       ///< of a voxel grid, compressio
 constexpr double seconds_per_pixel = 2e-6;      ///< of a frame, likewise
 
 double mel_seconds(const synth::signal::MelOptions& mel, std::size_t samples) {
-  const double frames = synth::signal::mel_frames(samples, mel);
+  const double frames = 1 + static_cast<double>(samples) / mel.hop;
   const double bins = mel.fft_size / 2 + 1;
   return frames * (seconds_per_weight * mel.bands * bins + seconds_per_point * mel.fft_size);
 }

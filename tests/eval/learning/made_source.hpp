@@ -115,6 +115,7 @@ inline learning::Method made_method(std::vector<learning::Branch> branches,
   method.fusion = fusion;
   for (const learning::Branch branch : method.branches)
     method.modalities.push_back(learning::modality_of(branch));
+  method.spectrogram.scale = learning::SpectrogramScale::power;  // as MadeSource gives them
   method.sizes = {.width = 16,
                   .filters = 8,
                   .kernel_bands = 6,

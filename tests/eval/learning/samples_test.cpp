@@ -21,9 +21,14 @@
 namespace carillon::eval {
 namespace {
 
-TEST(PreparedSpectrogram, IsDecibelsBelowTheLoudestCell) {
+TEST(PreparedSpectrogram, IsRelativeToTheLoudestCell) {
   std::vector<float> power = {1e-3F, 1e-6F, 1e-3F * 1e-6F, 1e-12F, 0};
   EXPECT_TRUE(learning::prepare::spectrogram(power));
+  const std::vector<float> relative = {1, 1e-3F, 1e-6F, 1e-9F, 0};
+  for (std::size_t i = 0; i < power.size(); ++i) EXPECT_FLOAT_EQ(power[i], relative[i]);
+  learning::SpectrogramInput{learning::SpectrogramScale::power}.apply(power);
+  EXPECT_FLOAT_EQ(power[2], 1e-6F);
+  learning::SpectrogramInput{}.apply(power);  // decibels below the loudest cell
   EXPECT_FLOAT_EQ(power[0], 1);
   EXPECT_NEAR(power[1], 0.5, 1e-6);  // 30 of 60 dB
   EXPECT_NEAR(power[2], 0, 1e-6);
