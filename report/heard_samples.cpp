@@ -93,12 +93,13 @@ void add_picture(const Hdf5Group& index, std::uint64_t row, ordered_json& sample
 /// Cells as bits, the first one the highest of its byte.
 void add_voxels(const Hdf5Group& index, std::uint64_t row, ordered_json& sample) {
   if (index.has("frames") || !index.has("shapes/voxels")) return;
-  const std::uint64_t resolution = index.extent("shapes/voxels")[1];
+  const std::uint64_t resolution = index.extent("shapes/voxels").back();
   if (resolution > largest_voxels) return;
   const auto shape = index.read_rows<std::uint64_t>("shape_index", row, 1).front();
   const auto cells = index.read_rows<std::uint8_t>("shapes/voxels", shape, 1);
-  std::string bits((cells.size() + 7) / 8, '\0');
-  for (std::size_t i = 0; i < cells.size(); ++i) {
+  const std::uint64_t count = resolution * resolution * resolution;  // of the first of its copies
+  std::string bits((count + 7) / 8, '\0');
+  for (std::size_t i = 0; i < count; ++i) {
     if (cells[i] != 0) bits[i / 8] = static_cast<char>(bits[i / 8] | (0x80 >> (i % 8)));
   }
   sample["voxels"] = {{"resolution", resolution}, {"cells", core::base64(bits)}};

@@ -101,7 +101,7 @@ double modes_bytes(const ExpectedShape& shape) {
 void add_views(const configuration::BuildConfig& config, double shapes, ExpectedBytes& bytes) {
   constexpr double dataset = 5e3, voxel = 0.7, pixel = 0.05, png_pixel = 0.048;
   if (config.voxels) {
-    const double surface = std::pow(config.voxels->resolution, 2);
+    const double surface = config.voxels->turns * std::pow(config.voxels->resolution, 2);
     bytes.voxels = shapes * (dataset + voxel * surface);
   }
   if (!config.camera) return;

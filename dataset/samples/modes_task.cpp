@@ -62,6 +62,26 @@ std::vector<Vec3> colours_of(const configuration::BuildConfig& config, const pla
   }
 }
 
+/// One axis more where there are turned copies.
+void write_voxels(const std::vector<render::VoxelGrid>& grids, const core::Hdf5Group& file) {
+  const auto turns = static_cast<std::uint64_t>(grids.size());
+  const auto n = static_cast<std::uint64_t>(grids.front().resolution);
+  std::vector<std::uint8_t> cells;
+  std::vector<double> origins;
+  for (const render::VoxelGrid& grid : grids) {
+    cells.insert(cells.end(), grid.cells.begin(), grid.cells.end());
+    origins.insert(origins.end(), grid.origin.begin(), grid.origin.end());
+  }
+  const double pitch = grids.front().pitch;
+  file.write<std::uint8_t>("voxels", cells,
+                           turns > 1 ? core::Extent{1, turns, n, n, n} : core::Extent{1, n, n, n},
+                           {.chunk_rows = 1, .deflate = 4});
+  file.write_attribute("pitch_m", pitch, "voxels");
+  file.write<double>("voxel_pitch", std::vector<double>{pitch}, {1});
+  file.write<double>("voxel_origin", origins,
+                     turns > 1 ? core::Extent{1, turns, 3} : core::Extent{1, 3});
+}
+
 void write_views(const configuration::BuildConfig& config, const plan::Shape& shape,
                  const solvers::modes::ModeSurface& surface, const BuildFolders& folders,
                  const core::Hdf5Group& file, core::Trace& trace,
@@ -73,14 +93,7 @@ void write_views(const configuration::BuildConfig& config, const plan::Shape& sh
   write_colours(file, colours);
   if (config.voxels) {
     const core::ScopedTimer timer(trace.effects["voxels"]);
-    const render::VoxelGrid grid = render::voxelize(flat, *config.voxels);
-    const auto n = static_cast<std::uint64_t>(grid.resolution);
-    file.write<std::uint8_t>("voxels", grid.cells, {1, n, n, n}, {.chunk_rows = 1, .deflate = 4});
-    file.write_attribute("pitch_m", grid.pitch, "voxels");
-    file.write<double>("voxel_pitch", std::vector<double>{grid.pitch}, {1});
-    file.write<double>("voxel_origin",
-                       std::vector<double>{grid.origin.x(), grid.origin.y(), grid.origin.z()},
-                       {1, 3});
+    write_voxels(render::voxelize_turned(flat, *config.voxels), file);
   }
   if (config.camera) {
     const core::ScopedTimer timer(trace.effects["frames"]);

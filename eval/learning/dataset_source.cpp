@@ -207,7 +207,7 @@ class DatasetSource final : public SampleSource {
       case Modality::waveform:
         return preparer_.extent(modality);
       case Modality::voxels:
-        return {1, side(3), side(2), side(1)};
+        return {stored.size() == 5 ? side(4) : 1, side(3), side(2), side(1)};
       case Modality::image:
         return {3, prepare::image_side, prepare::image_side};
       case Modality::touch:

@@ -40,8 +40,8 @@ struct SpectrogramInput {
 };
 
 /// Extent of what a network gets of one sample: channels, then the modality's own axes.
-/// spectrogram {1, bands, frames}, waveform {1, samples}, voxels {1, r, r, r}, image {3, 64, 64},
-/// touch {3, ticks}.
+/// spectrogram {1, bands, frames}, waveform {1, samples}, voxels {turned copies, r, r, r}, image
+/// {3, 64, 64}, touch {3, ticks}.
 using ModalityExtent = std::vector<std::int64_t>;
 std::size_t values_in(const ModalityExtent& extent);
 
