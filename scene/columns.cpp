@@ -179,10 +179,17 @@ constexpr core::ColumnRule list[] = {
     {"active_end", "float64", "", "s", "noise", "where it ends"},
     {"recording_shift", "float64", "", "s", "may",
      "how much later the sound comes (`recording.shift`)"},
+    {"recording_low_cut", "float64", "", "Hz", "may", "lower limit (`recording.low_cut`)"},
+    {"recording_high_cut", "float64", "", "Hz", "may", "upper limit (`recording.high_cut`)"},
     {"recording_gain", "float64", "", "dB", "recording", "on top of `gain`"},
     {"recording_clipped", "int64", "", "1", "recording",
      "samples held at `clip` or at the converter's full scale"},
     {"recording_bits", "int64", "", "1", "recording", "bits of a sample; 0: not rounded"},
+    {"recording_codec", "text", "", "1", "may", "what kept the clip (`recording.codec`)"},
+    {"recording_compression", "float64", "", "1", "may", "of `recording_codec`; NaN of `none`",
+     may_be_nan},
+    {"recording_length", "float64", "", "s", "may",
+     "when the clip stops after the sound began (`recording.length`)"},
     {"recording_silent", "int64", "", "1", "recording", "1: nothing but zeros is stored"},
 };
 

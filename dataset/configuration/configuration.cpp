@@ -95,6 +95,7 @@ render::VoxelOptions read_voxels(ConfigNode node) {
   voxels.fill =
       render::parse_voxel_fill(node.choice("fill", {"surface", "outer", "solid"}, "outer"));
   voxels.pitch = node.not_negative("cell_size", Dimension::length, 0);
+  voxels.turns = static_cast<int>(node.integer("turns", 1, render::max_turns, 1));
   return voxels;
 }
 

@@ -25,7 +25,9 @@ const std::map<std::string, std::string>& calls() {
        "radiation: {min_sources: 40, max_sources: 40}\n"},
       {"supports", "supports: {contacts: [{kind: finger, count: 2}]}\n"},
       {"noise", "noise: {kind: [white, pink], snr: [10 dB, 20 dB]}\n"},
-      {"recording", "recording: {shift: [0 s, 0.02 s], gain: [-6 dB, 6 dB], clip: 1, bits: 16}\n"},
+      {"recording",
+       "recording: {low_cut: 40 Hz, high_cut: 7 kHz, codec: vorbis, length: 0.1 s, shift: [0 s, "
+       "0.02 s], gain: [-6 dB, 6 dB], clip: 1, bits: 16}\n"},
       {"striker", "striker: {kind: [metal, wood], speed: [0.5 m/s, 2 m/s]}\n"},
       {"click", "click: {held: false}\n"},
       // Of its reflections and of its tail.

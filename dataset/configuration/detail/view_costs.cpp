@@ -66,7 +66,8 @@ void price_views(BuildConfig& config) {
     if (name == "mel" && config.mel) {
       effect.seconds_per_sound = mel_seconds(*config.mel, config.scene.audio.samples());
     } else if (name == "voxels" && config.voxels) {
-      effect.seconds_per_shape = seconds_per_cell * std::pow(config.voxels->resolution, 3);
+      effect.seconds_per_shape =
+          seconds_per_cell * config.voxels->turns * std::pow(config.voxels->resolution, 3);
     } else if (name == "frames" && config.camera) {
       effect.seconds_per_shape = seconds_per_pixel * config.camera->width * config.camera->height;
     } else if (name == "lasting_contacts" && config.motion) {
