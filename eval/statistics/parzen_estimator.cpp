@@ -22,9 +22,7 @@ double normal_cdf(double x) {
 struct Kernel {
   double mean = 0.5, deviation = 1;
 
-  double mass() const {
-    return normal_cdf((1 - mean) / deviation) - normal_cdf(-mean / deviation);
-  }
+  double mass() const { return normal_cdf((1 - mean) / deviation) - normal_cdf(-mean / deviation); }
   double density(double x) const {
     const double z = (x - mean) / deviation;
     return std::exp(-z * z / 2) / (std::sqrt(2 * std::numbers::pi) * deviation * mass());
@@ -115,8 +113,8 @@ std::optional<ParzenPoint> next_parzen_point(std::span<const ParzenAxis> axes,
     return std::find(best_first.begin(), best_first.end(), point) == best_first.end();
   };
   if (best_first.size() >= parzen_drawn_first) {
-    const auto good = static_cast<std::size_t>(
-        std::ceil(good_fraction * static_cast<double>(best_first.size())));
+    const auto good =
+        static_cast<std::size_t>(std::ceil(good_fraction * static_cast<double>(best_first.size())));
     const std::vector<AxisDensity> of_good = densities(axes, best_first.first(good));
     const std::vector<AxisDensity> of_others = densities(axes, best_first.subspan(good));
     std::optional<ParzenPoint> best;

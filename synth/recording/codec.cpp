@@ -91,8 +91,8 @@ int rate_of(Codec codec, double sample_rate) {
   static constexpr std::array<int, 9> of_mp3 = {8000,  11025, 12000, 16000, 22050,
                                                 24000, 32000, 44100, 48000};
   const auto nearest_above = [&](std::span<const int> rates) {
-    const auto found = std::find_if(rates.begin(), rates.end(),
-                                    [&](int rate) { return rate >= sample_rate; });
+    const auto found =
+        std::find_if(rates.begin(), rates.end(), [&](int rate) { return rate >= sample_rate; });
     return found == rates.end() ? rates.back() : *found;
   };
   if (codec == Codec::opus) return nearest_above(of_opus);

@@ -20,7 +20,8 @@ double searched(const std::vector<ParzenAxis>& axes, std::uint64_t seed, bool le
   core::RandomStream random(seed, 0, "search");
   std::vector<ParzenPoint> best_first;
   for (int trial = 0; trial < 40; ++trial) {
-    const auto known = std::span<const ParzenPoint>(best_first).first(learns ? best_first.size() : 0);
+    const auto known =
+        std::span<const ParzenPoint>(best_first).first(learns ? best_first.size() : 0);
     const ParzenPoint point = statistics::next_parzen_point(axes, known, random).value();
     const auto worse =
         std::find_if(best_first.begin(), best_first.end(),

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "core/error.hpp"
 
@@ -74,6 +75,33 @@ nn::Sequential voxnet(const learning::LayerSizes& sizes, const learning::Modalit
   layers->push_back(nn::LeakyReLU(leaky));
   layers->push_back(nn::MaxPool3d(nn::MaxPool3dOptions(2)));
   return with_dense_layer(layers, extent, sizes.width, 0.3, 0.4);
+}
+
+/// Features of turned copies of an object (Maturana and Scherer 2015): while it learns, of one that
+/// is drawn for each sample; then their mean, which is the mean of the copies' logits where one
+/// linear layer follows.
+class TurnedImpl : public nn::Module {
+ public:
+  explicit TurnedImpl(nn::Sequential branch)
+      : branch_(register_module("branch", std::move(branch))) {}
+  torch::Tensor forward(const torch::Tensor& input) {
+    const std::int64_t samples = input.size(0), turns = input.size(1);
+    if (is_training()) {
+      const torch::Tensor turn = torch::randint(turns, {samples}, torch::kInt64);
+      return branch_->forward(input.index({torch::arange(samples), turn}).unsqueeze(1));
+    }
+    return branch_->forward(input.flatten(0, 1).unsqueeze(1)).view({samples, turns, -1}).mean(1);
+  }
+
+ private:
+  nn::Sequential branch_;
+};
+TORCH_MODULE(Turned);
+
+nn::Sequential turned_voxnet(const learning::LayerSizes& sizes, learning::ModalityExtent extent) {
+  const std::int64_t turns = std::exchange(extent[0], 1);
+  nn::Sequential branch = voxnet(sizes, extent);
+  return turns == 1 ? branch : nn::Sequential(Turned(branch));
 }
 
 /// Normalised over the batch and time; by what was met before where there is but one value, which
@@ -169,7 +197,7 @@ nn::Sequential make_branch(learning::Branch branch, const learning::LayerSizes& 
     case learning::Branch::soundnet8:
       return soundnet(sizes, extent, true);
     case learning::Branch::voxnet:
-      return voxnet(sizes, extent);
+      return turned_voxnet(sizes, extent);
     case learning::Branch::image:
       return image(sizes, extent);
     case learning::Branch::touch:
@@ -293,7 +321,10 @@ std::shared_ptr<Classifier> make_classifier(const learning::Method& method,
 
 torch::Tensor joined(const std::vector<torch::Tensor>& modalities) {
   std::vector<torch::Tensor> flat;
-  for (const torch::Tensor& modality : modalities) flat.push_back(modality.flatten(1));
+  for (const torch::Tensor& modality : modalities) {
+    // Of voxels' turned copies the first.
+    flat.push_back((modality.dim() == 5 ? modality.slice(1, 0, 1) : modality).flatten(1));
+  }
   return torch::cat(flat, 1);
 }
 

@@ -66,6 +66,27 @@ INSTANTIATE_TEST_SUITE_P(All, Branches, testing::ValuesIn(learning::all_branches
                            return std::string(learning::name_of(name.param));
                          });
 
+TEST(TurnedCopies, VoteByTheMeanOfTheirLogits) {
+  torch::manual_seed(3);
+  const learning::Method method = made_method({learning::Branch::voxnet});
+  const auto network = networks::make_classifier(method, {{4, 12, 12, 12}}, 5);
+  const torch::Tensor copies = torch::randn({6, 4, 12, 12, 12});
+  network->eval();
+  torch::Tensor mean = torch::zeros({6, 5});
+  for (std::int64_t k = 0; k < 4; ++k) {
+    mean += network->forward({copies.slice(1, k, k + 1).expand({6, 4, 12, 12, 12})}) / 4;
+  }
+  EXPECT_TRUE(torch::allclose(network->forward({copies}), mean, 1e-4, 1e-6));
+  // One of them while it learns: samples that are alike but for the copies differ by more than
+  // drop-out alone makes copies that are alike differ.
+  network->train();
+  EXPECT_EQ(network->forward({copies}).sizes(), (std::vector<std::int64_t>{6, 5}));
+  const torch::Tensor empty = torch::zeros({6, 1, 12, 12, 12});
+  torch::Tensor marked = torch::cat({empty, empty + 30, empty + 60, empty + 90}, 1);
+  torch::Tensor met = network->forward({marked.repeat({20, 1, 1, 1, 1})}).norm(2, 1);
+  EXPECT_GT(met.max().item<float>(), 2 * met.min().item<float>());
+}
+
 TEST(Branches, SayWhatTheyNeedWhereASenseIsTooSmall) {
   EXPECT_THROW(networks::make_classifier(made_method({learning::Branch::isnn}), {{1, 4, 25}}, 3),
                core::InputError);
