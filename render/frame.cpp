@@ -11,6 +11,7 @@
 #include "core/error.hpp"
 #include "render/detail/drawing.hpp"
 #include "render/detail/frame_shaders.hpp"
+#include "render/detail/grain_code.hpp"
 #include "render/detail/offscreen.hpp"
 #include "render/detail/shading_code.hpp"
 #include "render/shading_mesh.hpp"
@@ -41,7 +42,7 @@ void check_all(const Camera& camera, const Appearance& appearance) {
     throw core::InputError(
         fmt::format("camera: distance must not be negative, not {} m", camera.distance));
   }
-  check(appearance);
+  looks::check(appearance);
 }
 
 /// Where the camera stands and how it projects, in units of the body's ball about the origin.
@@ -100,8 +101,8 @@ class FrameRenderer {
   FrameRenderer()
       : shadow_program_(make_program(shadow_vertex, shadow_fragment)),
         background_program_(make_program(background_vertex, background_fragment)),
-        body_program_(
-            make_program(body_vertex, std::string(glsl_version) + shading + body_fragment)),
+        body_program_(make_program(
+            body_vertex, std::string(glsl_version) + shading + grain_code + body_fragment)),
         shadows_(shadow_side) {
     glGenVertexArrays(1, no_vertices_.put());
     check_gl("setting up");
@@ -143,9 +144,7 @@ class FrameRenderer {
     set_matrix(body_program_, "clip_from_body", view.clip_from_body);
     set_matrix(body_program_, "light_from_body", light);
     set_vector(body_program_, "eye", view.distance * view.axes.row(2).transpose());
-    set_vector(body_program_, "reflectance", reflectance_of(appearance));
-    set_number(body_program_, "roughness", appearance.roughness);
-    set_number(body_program_, "metallic", appearance.metallic);
+    set_appearance(body_program_, appearance, grain_place(mesh, appearance));
     for (std::size_t i = 0; i < 3; ++i) {
       set_vector(body_program_, fmt::format("light_direction[{}]", i), direction[i]);
       set_vector(body_program_, fmt::format("light_color[{}]", i), lights[i].color);
