@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -43,5 +44,9 @@ struct Camera {
 /// @throws core::Error  no OpenGL 3.3 context can be made
 core::Image render_frame(const solvers::mesh::SurfaceMesh& mesh, const Camera& camera,
                          const Appearance& appearance);
+/// The same from several places, one picture for each.
+std::vector<core::Image> render_frames(const solvers::mesh::SurfaceMesh& mesh,
+                                       std::span<const Camera> cameras,
+                                       const Appearance& appearance);
 
 }  // namespace carillon::render

@@ -12,7 +12,7 @@ enum class Modality {
   spectrogram,  ///< mel power spectrogram: decibels below the clip's loudest cell, 0 to 1
   waveform,     ///< samples at 22,050 Hz, the largest of them 1
   voxels,       ///< -1 outside, 1 inside
-  image,        ///< 64 x 64 pixels, red, green and blue from 0 to 1
+  image,        ///< 64 x 64 pixels, red, green and blue from 0 to 1; one or several views
   touch         ///< force on a stylus, x, y and z, of unit root mean square
 };
 
@@ -23,8 +23,8 @@ inline constexpr Modality all_modalities[] = {Modality::spectrogram, Modality::w
 std::string_view name_of(Modality modality);
 
 /// Extent of what a network gets of one sample: channels, then the modality's own axes.
-/// spectrogram {1, bands, frames}, waveform {1, samples}, voxels {1, r, r, r}, image {3, 64, 64},
-/// touch {3, ticks}.
+/// spectrogram {1, bands, frames}, waveform {1, samples}, voxels {1, r, r, r}, image {3, 64, 64} or
+/// of several views {views, 3, 64, 64}, touch {3, ticks}.
 using ModalityExtent = std::vector<std::int64_t>;
 std::size_t values_in(const ModalityExtent& extent);
 

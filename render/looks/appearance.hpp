@@ -23,13 +23,13 @@ const char* name_of(Grain grain);
 struct Appearance {
   Vec3 color = {0.7, 0.7, 0.72};  ///< linear reflectance
   double roughness = 0.4;         ///< 0 mirror, 1 matt
-  double metallic = 0;            ///< 1: a conductor, which mirrors in its colour and scatters nothing
-  double transmission = 0;        ///< fraction let through, tinted by the colour, that others scatter
+  double metallic = 0;      ///< 1: a conductor, which mirrors in its colour and scatters nothing
+  double transmission = 0;  ///< fraction let through, tinted by the colour, that others scatter
   Grain grain = Grain::none;
-  double grain_contrast = 0.5;       ///< 0: none to be seen, 1: strong
-  std::uint64_t piece = 0;           ///< which piece of the material: seed of where its grain lies
-  std::vector<Vec3> colours = {};    ///< at the mesh's vertices, in place of `color` and the grain;
-                                     ///< empty: none
+  double grain_contrast = 0.5;     ///< 0: none to be seen, 1: strong
+  std::uint64_t piece = 0;         ///< which piece of the material: seed of where its grain lies
+  std::vector<Vec3> colours = {};  ///< at the mesh's vertices, in place of `color` and the grain;
+                                   ///< empty: none
 };
 
 /// @throws InputError  a number beyond 0 to 1

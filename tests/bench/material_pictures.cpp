@@ -49,7 +49,7 @@ int main(int argc, char** argv) {
   }
   std::vector<std::string> materials(argv + 2, argv + argc);
   if (materials.empty()) {
-    materials = {"ceramic", "glass",  "wood", "plastic", "iron",    "steel",
+    materials = {"ceramic", "glass", "wood", "plastic", "iron",   "steel",
                  "copper",  "brass", "oak",  "granite", "marble", "polycarbonate"};
   }
   carillon::bench::run(argv[1], materials);

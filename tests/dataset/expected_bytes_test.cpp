@@ -58,6 +58,14 @@ TEST(ExpectedBytes, EveryKindCountsOnce) {
   EXPECT_EQ(run::bytes_text(bytes).find("movies"), std::string::npos);
 }
 
+TEST(ExpectedBytes, FramesGoWithMaterialsAndViews) {
+  const auto pictures = [](const std::string& camera) {
+    return run::expected_bytes(build_of("camera: {width: 256, height: 256" + camera + "}\n"))
+        .pictures;
+  };
+  EXPECT_NEAR(pictures(", views: 5") / pictures(""), 5, 0.7);
+}
+
 TEST(ExpectedShapes, ATargetThatIsHardToMeetTakesAnotherStep) {
   const auto bar_of = [](const std::string& cents) {
     const run::LoadedBuild build = build_of("solver: {pitch_cents: " + cents + "}\n");

@@ -55,8 +55,7 @@ Vec3 facing_plate(const Appearance& look) {
   sum += mirrored.cwiseProduct(level(look.roughness));
   // Straight through: the middle of the backdrop, and the rim light from behind.
   const double behind = 0.75 / Vec3(0.30, 0.60, 0.75).norm();
-  const Vec3 backdrop =
-      Vec3::Constant(0.71) + std::pow(behind, 8) * Vec3(0.36, 0.36, 0.38);
+  const Vec3 backdrop = Vec3::Constant(0.71) + std::pow(behind, 8) * Vec3(0.36, 0.36, 0.38);
   return sum + look.transmission * (1 - look.metallic) *
                    (Vec3::Ones() - mirrored).cwiseProduct(look.color).cwiseProduct(backdrop);
 }
