@@ -8,9 +8,9 @@ import numpy
 from program import FolderTest, pictures, run, run_json
 
 OBJECTS = """
-  - {shape: bar, count: 6}
-  - {shape: tile, count: 6}
-  - {shape: disc, count: 6}
+  - {shape: block, count: 8}
+  - {shape: tile, count: 8}
+  - {shape: disc, count: 8}
 """
 CONFIG = f"""
 name: pictures
@@ -24,9 +24,9 @@ camera: {{width: 64, height: 64, views: 2}}
 split: {{validation: 0.2, test: 0.3}}
 train:
   seed: 1
-  epochs: 25
-  patience: 10
-  batch: 16
+  epochs: 60
+  patience: 20
+  batch: 8
   tasks:
     material: {{column: material}}
   methods:
@@ -43,17 +43,16 @@ rusty_steel: {youngs_modulus: 200 GPa, poisson_ratio: 0.29, density: 7850,
 @pictures
 class MaterialPictures(FolderTest):
     def test_a_network_learns_the_material_of_objects_that_it_has_not_seen(self):
-        found = run_json("train", self.write("pictures.yaml", CONFIG), "-o", self.folder / "set", ranks=2)
+        found = run_json("train", self.write("pictures.yaml", CONFIG), "-o", self.folder / "set")
         line, = found["trainings"]
-        self.assertEqual(len(line["classes"]) if "classes" in line else 4, 4)
         self.assertGreater(line["samples"]["test"], 20)
         self.assertGreaterEqual(line["test_accuracy"], 0.9)
 
     def small(self, name, more, ranks=1):
-        text = ("objects: [{shape: block}]\nmaterials: [red_paint, rusty_steel]\nmaterials_file: own.yaml\n"
+        text = ("objects: [{shape: block}]\nmaterials: [red_paint, rusty_steel]\nmaterials_file: materials.yaml\n"
                 "modes: {max_modes: 3, order: 2, element_size: 40 mm}\nstrikes: {per_object: 1}\n"
                 f"audio: {{seconds: 0.05 s}}\nname: {name}\n{more}\n")
-        self.write("own.yaml", OWN)
+        self.write("materials.yaml", OWN)
         output = self.folder / name
         run_json("build", self.write(f"{name}.yaml", text), "-o", output, ranks=ranks)
         return output
