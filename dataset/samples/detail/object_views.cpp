@@ -46,9 +46,8 @@ synth::material::Material first_material(const configuration::BuildConfig& confi
                                          const std::vector<std::string>& regions) {
   for (const plan::Variant& variant : shape.variants) {
     if (variant.material != name) continue;
-    return plan::variant_materials(
-               config, shape, variant,
-               regions.empty() ? std::vector<std::string>{"body"} : regions)
+    return plan::variant_materials(config, shape, variant,
+                                   regions.empty() ? std::vector<std::string>{"body"} : regions)
         .front();
   }
   return {};
@@ -95,8 +94,8 @@ void write_views(const configuration::BuildConfig& config, const plan::Shape& sh
       {.chunk_rows = 1, .deflate = 4});
   for (std::size_t m = 0; m < materials.size(); ++m) {
     const auto material = first_material(config, shape, materials[m], regions);
-    const std::vector<core::Image> views = render::render_frames(
-        flat, config.cameras, appearance_of(shape, material, colours));
+    const std::vector<core::Image> views =
+        render::render_frames(flat, config.cameras, appearance_of(shape, material, colours));
     std::vector<std::uint8_t> pixels;
     for (const core::Image& view : views)
       pixels.insert(pixels.end(), view.pixels.begin(), view.pixels.end());
