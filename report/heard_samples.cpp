@@ -74,7 +74,8 @@ std::string picture(std::span<const std::uint8_t> pixels, std::uint64_t height,
   return core::base64(core::png_bytes("frame", small(image)));
 }
 
-/// The object's frame, or of a simulation the one in the middle of its movie.
+/// The object's frame in its material, its first view, or of a simulation the one in the middle of
+/// its movie.
 void add_picture(const Hdf5Group& index, std::uint64_t row, ordered_json& sample) {
   if (index.has("frames")) {
     const core::Extent extent = index.extent("frames");
@@ -82,12 +83,15 @@ void add_picture(const Hdf5Group& index, std::uint64_t row, ordered_json& sample
     const std::size_t size = extent[2] * extent[3] * 3;
     sample["picture"] =
         picture(std::span(all).subspan(extent[1] / 2 * size, size), extent[2], extent[3]);
-  } else if (index.has("shapes/frame")) {
-    const auto shape = index.read_rows<std::uint64_t>("shape_index", row, 1).front();
-    const core::Extent extent = index.extent("shapes/frame");
-    sample["picture"] =
-        picture(index.read_rows<std::uint8_t>("shapes/frame", shape, 1), extent[1], extent[2]);
+    return;
   }
+  const std::string path = "appearances/frame";
+  if (!index.has(path) || !index.has("appearance_index")) return;
+  const auto own = index.read_rows<std::uint64_t>("appearance_index", row, 1).front();
+  const core::Extent extent = index.extent(path);
+  const auto views = index.read_rows<std::uint8_t>(path, own, 1);
+  sample["picture"] =
+      picture(std::span(views).first(extent[2] * extent[3] * 3), extent[2], extent[3]);
 }
 
 /// Cells as bits, the first one the highest of its byte.

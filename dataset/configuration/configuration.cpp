@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
+#include <numbers>
 #include <set>
 
 #include "core/error.hpp"
@@ -99,13 +100,36 @@ render::VoxelOptions read_voxels(ConfigNode node) {
   return voxels;
 }
 
-render::Camera read_camera(ConfigNode node) {
+/// Of `views`: so many in even steps about the vertical from the camera's own azimuth on, or a list
+/// of places, where those of the camera are what is not given.
+std::vector<render::Camera> read_views(ConfigNode& node, const render::Camera& camera) {
+  std::vector<render::Camera> cameras;
+  if (node.is_list("views")) {
+    for (ConfigNode& view : node.children("views")) {
+      cameras.push_back(camera);
+      cameras.back().azimuth = view.quantity("azimuth", Dimension::angle, camera.azimuth);
+      cameras.back().elevation = view.quantity("elevation", Dimension::angle, camera.elevation);
+    }
+    if (cameras.empty()) node.fail("views", "there is none", "leave it out for one view");
+    return cameras;
+  }
+  constexpr std::int64_t max_views = 100;
+  const auto count = static_cast<std::size_t>(node.integer("views", 1, max_views, 1));
+  for (std::size_t v = 0; v < count; ++v) {
+    cameras.push_back(camera);
+    cameras.back().azimuth +=
+        2 * std::numbers::pi * static_cast<double>(v) / static_cast<double>(count);
+  }
+  return cameras;
+}
+
+std::vector<render::Camera> read_cameras(ConfigNode node) {
   render::Camera camera;
   scene::read_picture(node, camera.width, camera.height, camera.field_of_view);
   camera.azimuth = node.quantity("azimuth", Dimension::angle, 0.6);
   camera.elevation = node.quantity("elevation", Dimension::angle, 0.45);
   camera.distance = node.not_negative("distance", Dimension::length, 0);
-  return camera;
+  return read_views(node, camera);
 }
 
 SplitConfig read_split(ConfigNode node) {
@@ -316,10 +340,10 @@ BuildConfig read_build_config(const std::string& text, const std::string& file_n
   config.ranks = read_ranks(root.child("ranks"));
   if (root.has("mel")) config.mel = read_mel(root.child("mel"), config.scene.audio);
   if (root.has("voxels")) config.voxels = read_voxels(root.child("voxels"));
-  if (root.has("camera")) config.camera = read_camera(root.child("camera"));
+  if (root.has("camera")) config.cameras = read_cameras(root.child("camera"));
   if (!config.scene.runs("mel")) config.mel.reset();
   if (!config.scene.runs("voxels")) config.voxels.reset();
-  if (!config.scene.runs("frames")) config.camera.reset();
+  if (!config.scene.runs("frames")) config.cameras.clear();
   price_views(config);
   ConfigNode files = root.child("files");
   config.wav = files.flag("wav", false);

@@ -65,9 +65,15 @@ void show_all(configuration::BuildConfig& config) {
   if (!config.mel) {
     config.mel = synth::signal::MelOptions{.sample_rate = config.scene.audio.sample_rate};
   }
-  if (!config.camera) config.camera = render::Camera{};
+  if (config.cameras.empty()) config.cameras = {render::Camera{}};
   if (config.motion && config.motion->camera) config.motion->camera->movie = true;
   config.png = true;
+}
+
+/// Of objects that are struck, the sample's own material is the one that is drawn.
+void draw_only(const plan::Sample& sample, plan::Shape& shape) {
+  const std::string material = shape.variants[sample.variant].material;
+  for (plan::Variant& variant : shape.variants) variant.sounds = variant.material == material;
 }
 
 void write_sound(const configuration::BuildConfig& config, const samples::SampleResult& result,
@@ -91,6 +97,7 @@ Preview preview_sample(LoadedBuild& build, const std::string& name,
   }
   show_all(build.config);
   const plan::Sample& sample = find_sample(build.plan, name);
+  if (!build.config.motion) draw_only(sample, build.plan.shapes[sample.shape]);
   const samples::BuildFolders folders{output, cache};
   core::Trace trace;
   // Nobody reads what it would write, but it ends what hangs, as in a build.

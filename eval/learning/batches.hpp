@@ -29,7 +29,7 @@ std::vector<std::uint32_t> rows_of_rank(const std::vector<std::uint32_t>& rows, 
 class BatchReader {
  public:
   /// @param rows    ascending
-  /// @param memory  for samples and the objects that they are of [B]; the latter are all held, and
+  /// @param memory  for samples and the entries that they share [B]; the latter are all held, and
   ///                the order of samples depends on whether all fit
   /// @param method  whose modalities they are, scaled as it wants them
   /// @throws InputError  the source lacks a modality; says how to get it
@@ -57,11 +57,12 @@ class BatchReader {
  private:
   struct Window {
     std::vector<std::uint32_t> rows;         ///< as they are in `values`
-    std::vector<std::vector<float>> values;  ///< of each modality; empty for those of objects
+    std::vector<std::vector<float>> values;  ///< of each modality; empty where entries are shared
     std::size_t silent = 0;
   };
   Window load(std::vector<std::uint32_t> rows);
-  void load_objects();
+  void load_shared();
+  const float* shared_value(std::size_t modality, std::uint32_t row) const;
   void plan_windows(std::optional<std::uint64_t> order);
   void next_window();
 
@@ -72,8 +73,13 @@ class BatchReader {
   std::vector<ModalityLayout> layouts_;
   std::vector<std::uint32_t> rows_;
   std::size_t window_rows_ = 0;
-  std::vector<std::uint32_t> object_entries_;     ///< objects of the rows, ascending
-  std::vector<std::vector<float>> objects_;       ///< of each modality that is of objects: theirs
+  /// What samples share of a modality; nothing where they share none.
+  struct Shared {
+    std::vector<std::uint32_t> of_samples;  ///< entry of each sample of the source
+    std::vector<std::uint32_t> entries;     ///< those of the rows, ascending
+    std::vector<float> values;
+  };
+  std::vector<Shared> shared_;                    ///< of each modality
   std::vector<std::vector<std::uint32_t>> plan_;  ///< rows of each window of this pass
   std::size_t window_number_ = 0;                 ///< the next of the plan
   std::optional<Window> window_;

@@ -12,7 +12,7 @@ enum class Modality {
   spectrogram,  ///< mel power spectrogram, relative to the clip's loudest cell, 0 to 1
   waveform,     ///< samples at 22,050 Hz, the largest of them 1
   voxels,       ///< -1 outside, 1 inside
-  image,        ///< 64 x 64 pixels, red, green and blue from 0 to 1
+  image,        ///< 64 x 64 pixels, red, green and blue from 0 to 1; one or several views
   touch         ///< force on a stylus, x, y and z, of unit root mean square
 };
 
@@ -41,7 +41,7 @@ struct SpectrogramInput {
 
 /// Extent of what a network gets of one sample: channels, then the modality's own axes.
 /// spectrogram {1, bands, frames}, waveform {1, samples}, voxels {turned copies, r, r, r}, image
-/// {3, 64, 64}, touch {3, ticks}.
+/// {3, 64, 64} or of several views {views, 3, 64, 64}, touch {3, ticks}.
 using ModalityExtent = std::vector<std::int64_t>;
 std::size_t values_in(const ModalityExtent& extent);
 

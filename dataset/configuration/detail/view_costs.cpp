@@ -57,6 +57,15 @@ double traced_bytes(const scene::motion::MotionConfig& motion) {
   return sizeof(float) * std::min(texels, static_cast<double>(synth::motion::max_traced_texels));
 }
 
+/// Materials that an object sounds in, in the mean over the entries of `objects`.
+double pictured_materials(const BuildConfig& config) {
+  if (config.sounding.materials != Which::all) return 1;
+  double sum = 0;
+  for (const ObjectSource& source : config.objects)
+    sum += static_cast<double>(std::max<std::size_t>(source.object.materials.size(), 1));
+  return sum / static_cast<double>(config.objects.size());
+}
+
 }  // namespace
 
 void price_views(BuildConfig& config) {
@@ -68,8 +77,10 @@ void price_views(BuildConfig& config) {
     } else if (name == "voxels" && config.voxels) {
       effect.seconds_per_shape =
           seconds_per_cell * config.voxels->turns * std::pow(config.voxels->resolution, 3);
-    } else if (name == "frames" && config.camera) {
-      effect.seconds_per_shape = seconds_per_pixel * config.camera->width * config.camera->height;
+    } else if (name == "frames") {
+      const double materials = pictured_materials(config);
+      for (const render::Camera& camera : config.cameras)
+        effect.seconds_per_shape += materials * seconds_per_pixel * camera.width * camera.height;
     } else if (name == "lasting_contacts" && config.motion) {
       effect.memory = traced_bytes(*config.motion);
       effect.seconds_by_modes = [seconds = motion_seconds(config, name)](int) { return seconds; };

@@ -161,14 +161,25 @@ nn::Sequential soundnet(const learning::LayerSizes& sizes, const learning::Modal
   return with_dense_layer(layers, extent, sizes.width, 0, sizes.dropout);
 }
 
+/// Several views go through the same convolutions, and the largest of each feature over the views
+/// goes on: the order of views does not matter (Su et al. 2015).
 nn::Sequential image(const learning::LayerSizes& sizes, const learning::ModalityExtent& extent) {
   nn::Sequential layers;
-  std::int64_t channels = extent[0];
+  const bool several = extent.size() == 4;
+  std::int64_t channels = several ? extent[1] : extent[0];
+  if (several) {
+    layers->push_back(nn::Functional([](torch::Tensor views) { return views.flatten(0, 1); }));
+  }
   for (const std::int64_t filters : {16, 32, 64}) {
     layers->push_back(nn::Conv2d(nn::Conv2dOptions(channels, filters, 3).padding(1)));
     layers->push_back(nn::ReLU());
     layers->push_back(nn::MaxPool2d(nn::MaxPool2dOptions(2)));
     channels = filters;
+  }
+  if (several) {
+    layers->push_back(nn::Functional([count = extent[0]](const torch::Tensor& features) {
+      return features.unflatten(0, {-1, count}).amax(1);
+    }));
   }
   return with_dense_layer(layers, extent, sizes.width, sizes.dropout, sizes.dropout);
 }

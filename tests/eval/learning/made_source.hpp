@@ -27,7 +27,7 @@ class MadeSource final : public learning::SampleSource {
     for (std::size_t i = 0; i < samples_; ++i) keys.push_back("sample-" + std::to_string(i));
     return keys;
   }
-  std::vector<std::uint32_t> objects() const override {
+  std::vector<std::uint32_t> entries_of(learning::Modality) const override {
     std::vector<std::uint32_t> objects;
     for (std::size_t i = 0; i < samples_; ++i) {
       objects.push_back(static_cast<std::uint32_t>(i % classes_));

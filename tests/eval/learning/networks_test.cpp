@@ -130,6 +130,27 @@ TEST(Soundnet8, HasThePapersWeights) {
             expected);
 }
 
+TEST(Networks, ImageTakesTheLargestOfEachFeatureOverTheViews) {
+  torch::manual_seed(6);
+  const learning::Method method = made_method({learning::Branch::image});
+  const auto several = networks::make_classifier(method, {{3, 3, 64, 64}}, 4);
+  const auto single = networks::make_classifier(method, {{3, 64, 64}}, 4);
+  const torch::NoGradGuard no_gradient;
+  ASSERT_EQ(networks::parameter_count(*several), networks::parameter_count(*single))
+      << "the convolutions are shared";
+  const auto own = single->parameters(), theirs = several->parameters();
+  for (std::size_t i = 0; i < own.size(); ++i) own[i].data().copy_(theirs[i]);
+  several->eval();
+  single->eval();
+  const torch::Tensor view = torch::randn({2, 3, 64, 64});
+  const torch::Tensor same = torch::stack({view, view, view}, 1);
+  EXPECT_TRUE(torch::allclose(several->forward({same}), single->forward({view}), 1e-4, 1e-5));
+  const torch::Tensor views = torch::randn({2, 3, 3, 64, 64});
+  const torch::Tensor turned = views.index_select(1, torch::tensor({2, 0, 1}));
+  EXPECT_TRUE(torch::allclose(several->forward({views}), several->forward({turned}), 1e-4, 1e-5));
+  EXPECT_FALSE(torch::allclose(several->forward({views}), several->forward({same})));
+}
+
 class Fusions : public testing::TestWithParam<learning::Fusion> {};
 
 TEST_P(Fusions, HaveTheGradientOfFiniteDifferences) {

@@ -256,7 +256,8 @@ TEST(SelectedSamples, AreThoseOfTheirSources) {
             (std::vector<std::string>{"train", "train", "test", "validation"}));
   EXPECT_EQ(source->labels("kind"),
             (std::vector<std::string>{"class-2", "class-2", "class-1", "class-1"}));
-  EXPECT_EQ(source->objects(), (std::vector<std::uint32_t>{2, 2, 4, 4}));
+  EXPECT_EQ(source->entries_of(learning::Modality::voxels),
+            (std::vector<std::uint32_t>{2, 2, 4, 4}));
   for (const learning::Modality modality :
        {learning::Modality::spectrogram, learning::Modality::voxels}) {
     const auto layout = source->layout(modality).value();
