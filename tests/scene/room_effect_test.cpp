@@ -51,8 +51,10 @@ TEST(RoomEffect, SaysWhyItIsOff) {
   const std::string room = "room: {dimensions: [5, 4, 3], source: [1, 1, 1], absorption: 0.3}\n";
   EXPECT_EQ(read(room_effect, "{}").reason_off, "no room:");
   EXPECT_EQ(read(tail_effect, "{}").reason_off, "no room:");
-  EXPECT_EQ(read(room_effect, room, scene_with({})).reason_off, "no listener is placed");
-  EXPECT_EQ(read(tail_effect, room, scene_with({})).reason_off, "no listener is placed");
+  for (const Effect* effect : {&room_effect, &tail_effect}) {
+    EXPECT_EQ(read(*effect, room, scene_with({})).reason_off,
+              "no listener is placed; `room.input: dry` takes the dry sound");
+  }
   EXPECT_EQ(read(room_effect, room).reason_off, "");
   EXPECT_EQ(read(tail_effect, room).reason_off, "");
   EXPECT_EQ(read(room_effect, "\n" + room).asked_by, "room: (room.yaml:2)");
