@@ -120,8 +120,7 @@ void read_places(ConfigNode& node, RoomScene& room) {
 
 /// A number or two, low and high, of 1 kHz; or a list of octaves.
 void read_rt60(ConfigNode& node, const Scene& scene, RoomScene& room) {
-  const bool octaves =
-      node.is_list("rt60") && node.quantities("rt60", Dimension::time).size() != 2;
+  const bool octaves = node.is_list("rt60") && node.quantities("rt60", Dimension::time).size() != 2;
   if (octaves) {
     room.octave_rt60 = read_octaves(node, "rt60", Dimension::time);
   } else {
@@ -182,8 +181,7 @@ RoomScene read_room(ConfigNode& root, const Scene& scene) {
   for (const synth::modal::Listener& listener : scene.listeners)
     listeners.push_back(listener.position);
   const char* placed = room.listener ? "listener" : room.source ? "source" : "dimensions";
-  core::at_key(node, placed,
-               [&] { typical_room(room, scene, false, listeners); });
+  core::at_key(node, placed, [&] { typical_room(room, scene, false, listeners); });
   return room;
 }
 

@@ -163,9 +163,11 @@ double seconds_per_sound(const RoomScene& room, const Scene& scene, bool images)
     const OctaveValues rt60 = synth::room::eyring(
         place.size, synth::room::mean_absorption(place.size, place.walls), room.air);
     const double longest = *std::max_element(rt60.begin(), rt60.end());
-    seconds = seconds_per_tail_second * rate * std::min(1.5 * longest, scene.audio.seconds);
+    // The room's is the longest that may be drawn.
+    const double drawn = room.rt60 ? 0.5 * (1 + room.rt60->low / room.rt60->high) : 1;
+    seconds = seconds_per_tail_second * rate * std::min(1.5 * drawn * longest, scene.audio.seconds);
   }
-  const auto strikes = static_cast<double>(scene.strikes_per_object());
+  const auto strikes = static_cast<double>(scene.strikes_per_object() * scene.variants);
   const double convolution = seconds_per_sample * static_cast<double>(scene.audio.samples());
   return convolution + seconds * std::min(1.0, room.count / std::max(1.0, strikes));
 }

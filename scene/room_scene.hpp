@@ -98,9 +98,9 @@ std::optional<RoomScene> ask_for_room(core::ConfigNode& root, const Scene& scene
                                       SceneEffect& effect);
 
 /// Estimated cost of one sound and row: the convolution, and the response's making, shared by the
-/// samples that may draw the same room. An object's own strikes are all that is known of them here,
-/// and one pool stands for those of all parts: what other parts add to it, the responses that
-/// shapes of the same part find in the cache take away.
+/// samples that may draw the same room. A shape's own strikes, in all its materials and sizes, are
+/// all that is known of them here, and one pool stands for those of all parts: what other parts add
+/// to it, the responses that shapes of the same part find in the cache take away.
 /// @param images  of the early reflections; else of the tail
 double seconds_per_sound(const RoomScene& room, const Scene& scene, bool images);
 

@@ -70,19 +70,17 @@ MeasuredRoom read_measured(core::ConfigNode& node, const Scene& scene) {
   return room;
 }
 
-std::shared_ptr<const synth::room::MeasuredResponses> open_responses(const MeasuredRoom& room) {
-  auto responses = synth::room::shared_responses(room.path, room.options);
+/// Reads the files, which every object's chain then has from there.
+void check_responses(const MeasuredRoom& room) {
+  const auto responses = synth::room::shared_responses(room.path, room.options);
   const auto& left_out = responses->left_out();
-  if (!left_out.empty()) {
-    spdlog::warn("room.responses: {} of {} files in {} are not used; the first: {}",
-                 left_out.size(), left_out.size() + responses->all().size(), room.path.string(),
-                 left_out.front());
-  }
-  return responses;
+  if (left_out.empty()) return;
+  spdlog::warn("room.responses: {} of the files in {} are not used; the first: {}", left_out.size(),
+               room.path.string(), left_out.front());
 }
 
 EffectParts start(const MeasuredRoom& room) {
-  const auto responses = open_responses(room);
+  const auto responses = synth::room::shared_responses(room.path, room.options);
   const auto spectra = std::make_shared<MeasuredSpectra>(room.options.count);
   EffectParts parts;
   parts.audio = [responses, spectra](Sound& sound) {
@@ -110,12 +108,9 @@ SceneEffect read(core::ConfigNode& root, const Scene& scene) {
   const auto samples = static_cast<double>(scene.audio.samples());
   const synth::room::MeasuredSize size = synth::room::measured_size(room.path, room.options);
   effect.seconds_per_sound = seconds_per_convolved_sample * samples;
-  effect.memory =
-      size.bytes + std::min(room_memory, spectrum_bytes * samples * static_cast<double>(size.responses));
-  effect.check = [node, room] {
-    core::at_key(node, "responses",
-                 [&] { synth::room::shared_responses(room.path, room.options); });
-  };
+  effect.memory = size.bytes + std::min(room_memory, spectrum_bytes * samples *
+                                                         static_cast<double>(size.responses));
+  effect.check = [node, room] { core::at_key(node, "responses", [&] { check_responses(room); }); };
   effect.content = [room] { return synth::recording::content_of_files(room.path); };
   effect.start = [room](const std::filesystem::path&) { return start(room); };
   return effect;

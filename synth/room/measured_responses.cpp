@@ -19,10 +19,10 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr double onset_fraction = 0.1;     // -20 dB of the largest magnitude
-constexpr double unheard_fraction = 1e-5;  // of the energy
-constexpr double resampler_seconds = 0.01;    // about the length of the resampler's filter
-constexpr double shortest_lead = 64;       // samples before the onset that the filter has
+constexpr double onset_fraction = 0.1;      // -20 dB of the largest magnitude
+constexpr double unheard_fraction = 1e-5;   // of the energy
+constexpr double resampler_seconds = 0.01;  // about the length of the resampler's filter
+constexpr double shortest_lead = 64;        // samples before the onset that the filter has
 constexpr double lowest_file_rate = 1e3;
 constexpr double highest_file_rate = 1e6;
 constexpr std::size_t named_at_most = 20;  // files in an error
@@ -39,9 +39,8 @@ double energy_of(std::span<const double> samples) {
 }
 
 std::size_t largest_at(std::span<const double> samples) {
-  const auto largest =
-      std::max_element(samples.begin(), samples.end(),
-                       [](double a, double b) { return std::abs(a) < std::abs(b); });
+  const auto largest = std::max_element(
+      samples.begin(), samples.end(), [](double a, double b) { return std::abs(a) < std::abs(b); });
   return static_cast<std::size_t>(largest - samples.begin());
 }
 
@@ -159,7 +158,8 @@ std::vector<float> from_direct_sound(std::span<const double> samples, double rat
   if (largest >= end && samples.size() - largest <= end) {
     throw core::InputError(
         fmt::format("it is loudest at its end, {:.4g} of {:.4g} s: no response begins there",
-                    static_cast<double>(largest) / rate, static_cast<double>(samples.size()) / rate),
+                    static_cast<double>(largest) / rate,
+                    static_cast<double>(samples.size()) / rate),
         "is it reversed, or does it end in a click?");
   }
   const std::size_t onset = onset_of(samples, peak);
@@ -181,9 +181,8 @@ void MeasuredResponses::read(const fs::path& folder, const fs::path& name,
                              const MeasuredOptions& options) {
   const ResponseFile file = read_file(folder / name, options.channel);
   File entry{file.content, responses_.size(), file.channels.size()};
-  const auto same = std::find_if(files_.begin(), files_.end(), [&](const File& other) {
-    return other.content == entry.content;
-  });
+  const auto same = std::find_if(files_.begin(), files_.end(),
+                                 [&](const File& other) { return other.content == entry.content; });
   if (same != files_.end()) {
     left_out_.push_back(
         fmt::format("{}: the same as {}", name.generic_string(), responses_[same->first].name));
@@ -216,8 +215,8 @@ void MeasuredResponses::divide(const std::string& folder, std::size_t parts) {
   };
   parts_.assign(parts, {});
   for (std::size_t f = 0; f < files_.size(); ++f) parts_[number(f) % parts].push_back(f);
-  const bool all_have = std::none_of(parts_.begin(), parts_.end(),
-                                     [](const auto& files) { return files.empty(); });
+  const bool all_have =
+      std::none_of(parts_.begin(), parts_.end(), [](const auto& files) { return files.empty(); });
   if (all_have) return;
   std::vector<std::size_t> order(files_.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
@@ -240,8 +239,8 @@ MeasuredResponses::MeasuredResponses(const fs::path& path, const MeasuredOptions
       read(folder, name, options);
     } catch (const core::Error& error) {
       const std::string hint = error.hint().empty() ? "" : fmt::format(" ({})", error.hint());
-      unusable.push_back(fmt::format("{}: {}{}", name.generic_string(),
-                                     reason_of(error, folder / name), hint));
+      unusable.push_back(
+          fmt::format("{}: {}{}", name.generic_string(), reason_of(error, folder / name), hint));
     }
   }
   if (!unusable.empty()) {
@@ -298,8 +297,8 @@ MeasuredSize measured_size(const fs::path& path, const MeasuredOptions& options)
     try {
       const core::AudioHeader header = core::read_audio_header(folder_of(path) / name);
       const int channels = options.channel > 0 ? 1 : header.channels;
-      const double samples = std::min(header.seconds * options.sample_rate,
-                                      static_cast<double>(options.count));
+      const double samples =
+          std::min(header.seconds * options.sample_rate, static_cast<double>(options.count));
       size.responses += static_cast<std::size_t>(channels);
       size.bytes += channels * samples * sizeof(float);
     } catch (const core::Error&) {

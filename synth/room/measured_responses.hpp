@@ -35,7 +35,8 @@ inline constexpr double direct_seconds = 0.0025;
 /// room, whose direct sound is 1 at sample 0.
 /// @param samples  at `rate` [Hz]
 /// @return  at options.sample_rate, options.count samples at the most, and at least one
-/// @throws InputError  no samples, silence, a value that is not finite, the largest magnitude in the last
+/// @throws InputError  no samples, silence, a value that is not finite, the largest magnitude in
+/// the last
 ///                     direct_seconds (of a reversed response, or one that ends in a click), or
 ///                     nothing below half of the clips' rate
 std::vector<float> from_direct_sound(std::span<const double> samples, double rate,

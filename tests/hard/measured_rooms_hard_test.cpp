@@ -21,7 +21,8 @@ std::vector<double> pulse_at(std::size_t place, std::size_t count = 4410) {
 }
 
 /// What is said of a folder that holds a good response and something else.
-std::string refusal(const core::TemporaryFolder& folder, const room::MeasuredOptions& options = {}) {
+std::string refusal(const core::TemporaryFolder& folder,
+                    const room::MeasuredOptions& options = {}) {
   write_sound(folder / "good.wav", pulse_at(10), 44100);
   try {
     const room::MeasuredResponses responses(folder.path(), options);
@@ -53,8 +54,8 @@ TEST(HardMeasuredRooms, AnEmptyFileIsRefused) {
 }
 
 TEST(HardMeasuredRooms, NumbersThatAreNoneAreRefused) {
-  for (const double wrong : {std::numeric_limits<double>::quiet_NaN(),
-                             std::numeric_limits<double>::infinity()}) {
+  for (const double wrong :
+       {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
     const core::TemporaryFolder folder;
     auto samples = pulse_at(10);
     samples[1234] = wrong;

@@ -94,8 +94,8 @@ TEST(DryRoom, ReverberationTimesAreDrawnBetweenTwo) {
 }
 
 TEST(DryRoom, WhereNothingIsDrawnThereIsOneRoom) {
-  const RoomScene scene = room_with(
-      "dimensions: [5, 4, 3], source: [1, 1, 1], listener: [3, 2, 1.5], rt60: 0.4");
+  const RoomScene scene =
+      room_with("dimensions: [5, 4, 3], source: [1, 1, 1], listener: [3, 2, 1.5], rt60: 0.4");
   EXPECT_FALSE(scene.drawn);
   for (std::size_t part = 0; part < 9; ++part) {
     const Room room = draw(scene, part, part);
@@ -186,8 +186,9 @@ TEST(DryRoom, RefusesWhatCannotBe) {
                {"room.listener", "input: dry"});
   expect_words(clip + "room: {input: dry, dimensions: [5, 4, 3], listener: [1, 9, 1], rt60: 1}\n",
                {"room.listener", "not inside the room"});
-  expect_words(clip + "room: {input: dry, dimensions: [5, 4, 3], listener: [1, 1, 1], "
-                      "source: [1, 1, 1], rt60: 0.4}\n",
+  expect_words(clip +
+                   "room: {input: dry, dimensions: [5, 4, 3], listener: [1, 1, 1], "
+                   "source: [1, 1, 1], rt60: 0.4}\n",
                {"room.listener"});
   expect_words(clip + "room: {input: dry, dimensions: [5, 4, 3], rt60: [0.4 s, 400 s]}\n",
                {"room.rt60", "air alone"});
@@ -321,8 +322,8 @@ TEST(MeasuredRoom, ListenersHearThroughOneResponse) {
     const double echo = n % 3200 < 3 ? 0 : 0.5 * open.audio[n - 3];
     ASSERT_NEAR(wet.audio[n], scale * (open.audio[n] + echo), 1e-6 * largest(open.audio)) << n;
   }
-  core::ConfigNode root = core::ConfigNode::parse(
-      clip + "room: {responses: " + path + "}\n", "scene.yaml");
+  core::ConfigNode root =
+      core::ConfigNode::parse(clip + "room: {responses: " + path + "}\n", "scene.yaml");
   const Scene scene = read_scene(root, "scene.yaml");
   for (const PlannedEffect& effect : plan_effects(scene)) {
     if (effect.name == "response") {

@@ -245,6 +245,16 @@ TEST(RoomEffect, ResponsesCountInThePlan) {
   const std::string shared =
       "room: {dimensions: [5, 4, 3], source: [1, 1, 1], absorption: 0.3, image_order: 20}\n";
   EXPECT_LT(read(room_effect, shared).seconds_per_sound, cost("20") / 4);
+  // Of a shape in ten materials ten times as many sounds share a response.
+  Scene materials = scene_with();
+  materials.strikes.per_object = 100;
+  const std::string pool = "room: {dimensions: [5, 4, 3], absorption: 0.3, image_order: 20}\n";
+  const double alone = read(room_effect, pool, materials).seconds_per_sound;
+  materials.variants = 10;
+  const double together = read(room_effect, pool, materials).seconds_per_sound;
+  materials.strikes.per_object = 1000000;
+  const double convolution = read(room_effect, pool, materials).seconds_per_sound;
+  EXPECT_NEAR((alone - convolution) / (together - convolution), 10, 0.1);
 }
 
 // A shape's strikes draw from one pool for each part that strikes are split into.

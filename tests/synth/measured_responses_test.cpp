@@ -102,7 +102,8 @@ TEST(FromDirectSound, APulseIsEvenAtAnotherRate) {
     const auto made = from_direct_sound(pulse(4000, 777, 0.3), rate, options);
     EXPECT_GT(made[0], 0.97F) << rate;
     for (const double frequency : {50.0, 500.0, 2000.0, 6000.0, 9000.0}) {
-      EXPECT_NEAR(20 * std::log10(gain(made, frequency, 22050)), 0, 0.5) << rate << " " << frequency;
+      EXPECT_NEAR(20 * std::log10(gain(made, frequency, 22050)), 0, 0.5)
+          << rate << " " << frequency;
     }
   }
 }
