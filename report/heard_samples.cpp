@@ -23,10 +23,10 @@ using nlohmann::ordered_json;
 namespace {
 
 /// Columns that tell a listener what there is to hear, as far as a dataset has them.
-constexpr const char* told[] = {"material",     "size",    "split_shape",     "impulse",
-                                "contact_time", "striker", "support_damping", "room_size",
-                                "noise_ratio",  "modes",   "pitch_error",     "strikes",
-                                "peak"};
+constexpr const char* told[] = {"material",      "size",        "split_shape",     "impulse",
+                                "contact_time",  "striker",     "support_damping", "room_size",
+                                "room_response", "noise_ratio", "modes",           "pitch_error",
+                                "strikes",       "peak"};
 constexpr std::uint64_t largest_voxels = 64;
 constexpr int largest_picture = 256;
 

@@ -142,6 +142,23 @@ SplitConfig read_split(ConfigNode node) {
   return split;
 }
 
+/// Materials and sizes that a shape is struck in: the maximum over the objects.
+std::size_t variants_of_a_shape(const BuildConfig& config) {
+  const auto chosen = [](Which which, std::size_t count) {
+    return which == Which::all ? std::max<std::size_t>(1, count) : 1;
+  };
+  std::size_t variants = 1;
+  for (const ObjectSource& source : config.objects) {
+    const std::size_t materials = source.object.groups.empty() ? source.object.materials.size() : 1;
+    const std::size_t sizes = source.tune.empty()
+                                  ? source.sizes.size() + (source.drawn_size ? 1 : 0)
+                                  : source.tune.size();
+    variants = std::max(variants, chosen(config.sounding.materials, materials) *
+                                      chosen(config.sounding.sizes, sizes));
+  }
+  return variants;
+}
+
 /// Parts that manifests name are parts of the split.
 void check_given_parts(ConfigNode& root, const BuildConfig& config) {
   const std::vector<std::string> names = config.split.names();
@@ -322,6 +339,7 @@ BuildConfig read_build_config(const std::string& text, const std::string& file_n
                                    {.materials = named_materials(config),
                                     .materials_place = materials_place(root),
                                     .parts = config.split.parts(),
+                                    .variants = variants_of_a_shape(config),
                                     .with_files = with_files});
   scene::read_modes(root.child("modes"), config.scene.audio.sample_rate, config);
   check_tuning(root, config);
