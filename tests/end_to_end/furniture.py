@@ -143,14 +143,12 @@ class Furniture(FolderTest):
 
     def failures(self, variant):
         folder = self.output / f"variants={variant}"
-        return {entry["task"].split("-", 1)[1].split(".")[0]: entry
-                for entry in json.loads((folder / "failures.json").read_text())}
+        return json.loads((folder / "failures.json").read_text())
 
     def test_each_file_ends_in_modes_or_in_a_reason(self):
         self.assertIn(self.built.returncode, (0, 3), self.built.stderr)
         for variant in ("o", "os", "om", "osm"):
-            failed = self.failures(variant)
-            for failure in failed.values():
+            for failure in self.failures(variant):
                 self.assertIn(failure["kind"], ("InputError", "SolverError"), failure)
                 self.assertGreater(len(failure["message"]), 20, failure)
             with h5py.File(self.output / f"variants={variant}" / "index.h5") as index:

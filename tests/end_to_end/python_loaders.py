@@ -13,7 +13,7 @@ import unittest
 
 import h5py
 import numpy
-from program import CARILLON, FolderTest, docs_block, run, run_json
+from program import CARILLON, NO_PICTURES, FolderTest, docs_block, pictures, run, run_json
 
 sys.path.insert(0, str(pathlib.Path(CARILLON).parent / "python"))
 try:
@@ -40,7 +40,7 @@ audio: {seconds: 0.05 s, sample_rate: 22050 Hz}
 mel: {bands: 16, frames: 5}
 voxels: {resolution: 8}
 split: {validation: 0.3, test: 0.3}
-"""
+""" + ("" if NO_PICTURES else "camera: {width: 16, height: 16}\n")
 
 
 class DatasetTest(FolderTest):
@@ -145,11 +145,13 @@ class Module(DatasetTest):
         self.assertEqual(list(table["material"]), list(self.columns["material"]))
         self.assertNotIn("mel", table)
 
+    @pictures
     def test_the_page(self):
         names = self.run_block(docs_block("python.md", "python", 'dataset["audio"][7]'))
         train = self.rows("split_shape", "train")
         self.assertEqual(list(names["materials"]), list(self.columns["material"][train]))
         numpy.testing.assert_array_equal(names["voxels"], self.voxels[self.columns["shape_index"][train]])
+        self.assertEqual(names["frames"].shape, (len(train), 1, 16, 16, 3))
 
 
 class Lost(DatasetTest):
