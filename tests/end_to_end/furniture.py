@@ -6,7 +6,7 @@ import unittest
 
 import h5py
 import numpy
-from program import CONFIGS, LONG, FolderTest, run, run_json
+from program import CONFIGS, LONG, FolderTest, run
 
 FACES = [(0, 2, 1), (1, 2, 3), (4, 5, 6), (5, 7, 6), (0, 1, 4), (1, 5, 4), (2, 6, 3), (3, 6, 7), (0, 4, 2),
          (2, 4, 6), (1, 3, 5), (3, 7, 5)]
@@ -159,18 +159,19 @@ class Furniture(FolderTest):
             self.assertTrue(numpy.isfinite(audio).all() and (numpy.abs(audio).max(axis=1) > 0).all())
             lost = collections.Counter(self.files[shape] for shape in self.files if shape not in made)
             print(variant, f"{len(made)} of {len(self.files)} sound; lost:", dict(lost))
-            self.assertGreaterEqual(len(made), 0.9 * len(self.files), lost)
+            # A hole as large as a board's face is not guessed shut: a wrap would make another object.
+            self.assertLessEqual(set(lost), {"opened"}, lost)
+            self.assertEqual(len(self.failures(variant)) > 0, bool(lost))
             for shape, part in parts.items():
                 self.assertEqual(part == "test", number_of(shape) == 3, shape)
 
     def test_networks_learn_and_are_compared_with_the_papers(self):
         methods = "train.methods={isnn-a: {outliers: 0, kernel: [8, 2]}, voxnet: {}, isnn-av-bilinear: {kernel: [8, 2]}}"
-        document = run_json("evaluate", self.config, "-o", self.output, *self.settings, "--set", methods,
-                            "--set", "train.epochs=4", "--set", "evaluate.classification.seeds=[1]", ranks=2,
-                            timeout=3600)
-        text = json.dumps(document)
+        result = run("--json", "evaluate", self.config, "-o", self.output, *self.settings, "--set", methods,
+                     "--set", "train.epochs=4", "--set", "evaluate.classification.seeds=[1]", ranks=2, timeout=3600)
+        self.assertIn(result.returncode, (0, 3), result.stderr)  # 3: the open ones are missing
         for published in ("mn10o-geometry", "mn10os-geometry", "mn10om-geometry", "mn10osm-geometry"):
-            self.assertIn(published, text)
+            self.assertIn(published, result.stdout)
 
 
 if __name__ == "__main__":
