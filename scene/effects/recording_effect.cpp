@@ -21,8 +21,8 @@ namespace {
 // Measured by scripts/bench noise: dithered rounding of 1 s at 44.1 kHz, and a shift by fractions.
 constexpr double seconds_per_sample = 0.25e-3 / 44100;
 constexpr double seconds_per_sample_shifted = 3.2e-3 / 44100;
-constexpr double seconds_per_sample_cut = 0.3e-3 / 44100;     ///< each of the two limits
-constexpr double seconds_per_sample_encoded = 15e-3 / 44100;  ///< mean of the codecs
+constexpr double seconds_per_sample_cut = 0.2e-3 / 44100;      ///< each of the two limits
+constexpr double seconds_per_sample_encoded = 8.3e-3 / 44100;  ///< mean of the codecs
 
 constexpr double fade_seconds = 5e-3;  ///< at the end of a clip that stops
 
@@ -61,8 +61,9 @@ void read_codec(core::ConfigNode& node, Recorder& recorder) {
     recorder.codecs.push_back(static_cast<synth::recording::Codec>(found - names.begin()));
   }
   recorder.compression = node.range("compression", core::Dimension::none, core::Range{0.3, 0.3});
-  if (recorder.compression.low < 0 || recorder.compression.high > 0.9) {
-    node.fail("compression", "must lie within 0 and 0.9");
+  constexpr double highest = synth::recording::max_compression;
+  if (recorder.compression.low < 0 || recorder.compression.high > highest) {
+    node.fail("compression", fmt::format("must lie within 0 and {}", highest));
   }
 }
 

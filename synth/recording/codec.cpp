@@ -17,8 +17,6 @@ namespace carillon::synth::recording {
 
 namespace {
 
-constexpr double max_compression = 0.9;
-
 /// A file in memory, as libsndfile asks for it.
 struct MemoryFile {
   std::vector<char> bytes;

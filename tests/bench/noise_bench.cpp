@@ -9,6 +9,8 @@
 #include <functional>
 
 #include "core/audio.hpp"
+#include "synth/recording/band_limits.hpp"
+#include "synth/recording/codec.hpp"
 #include "synth/recording/noise_generators.hpp"
 #include "synth/recording/noise_recordings.hpp"
 #include "synth/recording/recording_chain.hpp"
@@ -82,6 +84,29 @@ void run(const std::filesystem::path& folder) {
     core::RandomStream dither(1, item, "bench");
     kept += static_cast<double>(synth::recording::quantise(copy, 16, &dither));
   });
+  // A strike behind noise 40 dB below it, which codecs spend more on than on silence.
+  for (std::size_t i = 0; i < count; ++i) {
+    clip[i] = static_cast<float>(0.5 * clip[i] * std::sin(0.3 * static_cast<double>(i)) +
+                                 0.005 * noise[i]);
+  }
+  time("upper limit", [&](std::uint64_t) {
+    auto copy = clip;
+    synth::recording::cut_above(copy, 8000, rate);
+    kept += copy[100];
+  });
+  time("lower limit", [&](std::uint64_t) {
+    auto copy = clip;
+    synth::recording::cut_below(copy, 80, rate);
+    kept += copy[100];
+  });
+  for (const auto codec : {synth::recording::Codec::mp3, synth::recording::Codec::vorbis,
+                           synth::recording::Codec::opus}) {
+    time(synth::recording::codec_names()[static_cast<std::size_t>(codec)], [&](std::uint64_t) {
+      auto copy = clip;
+      synth::recording::pass_through(codec, 0.3, copy, rate);
+      kept += copy[100];
+    });
+  }
   fmt::print(stderr, "{}\n", kept);
 }
 
