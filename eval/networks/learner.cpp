@@ -3,6 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
 #include "core/error.hpp"
 #include "core/random.hpp"
 #include "eval/learning/sealed_file.hpp"
@@ -181,7 +185,11 @@ const std::vector<std::string>& Learner::classes() const {
   return state_->classes;
 }
 
-void use_learning_threads(int threads) {
+void set_up_learning(int threads) {
+#ifdef __GLIBC__
+  mallopt(M_MMAP_MAX, 0);
+  mallopt(M_TRIM_THRESHOLD, -1);
+#endif
   torch::set_num_threads(threads);
 }
 

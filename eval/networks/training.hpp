@@ -112,7 +112,9 @@ class Learner {
   std::unique_ptr<State> state_;
 };
 
-/// For main(), before anything else of torch: its first call would take all cores otherwise.
-void use_learning_threads(int threads);
+/// For main(), before anything else of torch: its first call would take all cores otherwise. Memory
+/// that was freed is kept: tensors of a step are as large as those of the last, and to have the
+/// system map and clear each anew takes longer than what is computed in it.
+void set_up_learning(int threads);
 
 }  // namespace carillon::eval::networks

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "core/error.hpp"
+#include "eval/networks/detail/sound_layer.hpp"
 
 namespace carillon::eval::networks {
 
@@ -76,35 +77,6 @@ nn::Sequential voxnet(const learning::LayerSizes& sizes, const learning::Modalit
   return with_dense_layer(layers, extent, sizes.width, 0.3, 0.4);
 }
 
-/// Normalised over the batch and time; by what was met before where there is but one value, which
-/// has no variance: the last sample of an epoch, of a short clip.
-class BatchNormImpl : public nn::Module {
- public:
-  explicit BatchNormImpl(std::int64_t channels)
-      : norm_(register_module("norm", nn::BatchNorm1d(channels))) {}
-  torch::Tensor forward(const torch::Tensor& input) {
-    if (input.size(0) * input.size(2) > 1) return norm_(input);
-    return nn::functional::batch_norm(input, norm_->running_mean, norm_->running_var,
-                                      nn::functional::BatchNormFuncOptions()
-                                          .weight(norm_->weight)
-                                          .bias(norm_->bias)
-                                          .eps(norm_->options.eps()));
-  }
-
- private:
-  nn::BatchNorm1d norm_;
-};
-TORCH_MODULE(BatchNorm);
-
-/// One layer of SoundNet: convolution, normalised over the batch, rectified.
-void push_sound_layer(nn::Sequential& layers, std::int64_t from, std::int64_t to,
-                      std::int64_t kernel, std::int64_t pool) {
-  layers->push_back(nn::Conv1d(nn::Conv1dOptions(from, to, kernel).stride(2).padding(kernel / 2)));
-  layers->push_back(BatchNorm(to));
-  layers->push_back(nn::ReLU());
-  if (pool > 1) layers->push_back(nn::MaxPool1d(nn::MaxPool1dOptions(pool)));
-}
-
 /// Means over what is left of time, so that clips of any length fit.
 nn::Sequential soundnet(const learning::LayerSizes& sizes, const learning::ModalityExtent& extent,
                         bool deep) {
@@ -115,21 +87,22 @@ nn::Sequential soundnet(const learning::LayerSizes& sizes, const learning::Modal
               fmt::format("clips of at least {} samples at 22,050 Hz", shortest), extent);
   }
   nn::Sequential layers;
+  layers->push_back(TimeFirst());
   if (deep) {
-    push_sound_layer(layers, 1, 16, 64, 8);
-    push_sound_layer(layers, 16, 32, 32, 8);
-    push_sound_layer(layers, 32, 64, 16, 1);
-    push_sound_layer(layers, 64, 128, 8, 1);
-    push_sound_layer(layers, 128, 256, 4, 4);
-    push_sound_layer(layers, 256, 512, 4, 1);
-    push_sound_layer(layers, 512, 1024, 4, 1);
+    layers->push_back(SoundLayer(1, 16, 64, 8));
+    layers->push_back(SoundLayer(16, 32, 32, 8));
+    layers->push_back(SoundLayer(32, 64, 16, 1));
+    layers->push_back(SoundLayer(64, 128, 8, 1));
+    layers->push_back(SoundLayer(128, 256, 4, 4));
+    layers->push_back(SoundLayer(256, 512, 4, 1));
+    layers->push_back(SoundLayer(512, 1024, 4, 1));
   } else {
-    push_sound_layer(layers, 1, 32, 64, 8);
-    push_sound_layer(layers, 32, 64, 32, 8);
-    push_sound_layer(layers, 64, 128, 16, 8);
-    push_sound_layer(layers, 128, 256, 8, 1);
+    layers->push_back(SoundLayer(1, 32, 64, 8));
+    layers->push_back(SoundLayer(32, 64, 32, 8));
+    layers->push_back(SoundLayer(64, 128, 16, 8));
+    layers->push_back(SoundLayer(128, 256, 8, 1));
   }
-  layers->push_back(nn::AdaptiveAvgPool1d(nn::AdaptiveAvgPool1dOptions(1)));
+  layers->push_back(TimeMean());
   return with_dense_layer(layers, extent, sizes.width, 0, sizes.dropout);
 }
 

@@ -96,13 +96,13 @@ TEST(Soundnets, LearnFromOneSampleOfTheShortestClips) {
 }
 
 TEST(Soundnet8, HasThePapersWeights) {
-  // Aytar et al. 2016: convolutions of 64, 32, 16, 8, 4, 4, 4 samples; with biases, and two numbers
-  // of each normalised channel.
+  // Aytar et al. 2016: convolutions of 64, 32, 16, 8, 4, 4, 4 samples, and two numbers of each
+  // normalised channel, whose shift is the convolution's bias too.
   const std::int64_t channels[] = {1, 16, 32, 64, 128, 256, 512, 1024};
   const std::int64_t kernels[] = {64, 32, 16, 8, 4, 4, 4};
   std::int64_t expected = 0;
   for (int i = 0; i < 7; ++i)
-    expected += channels[i] * channels[i + 1] * kernels[i] + 3 * channels[i + 1];
+    expected += channels[i] * channels[i + 1] * kernels[i] + 2 * channels[i + 1];
   expected += 1024 * 16 + 16 + 16 * 5 + 5;  // this network's dense layers
   const learning::Method method = made_method({learning::Branch::soundnet8});
   EXPECT_EQ(networks::parameter_count(*networks::make_classifier(method, extents_of(method), 5)),
