@@ -10,7 +10,9 @@
 #include "core/error.hpp"
 #include "core/random.hpp"
 #include "eval/learning/sealed_file.hpp"
+#include "eval/networks/detail/layer_table.hpp"
 #include "eval/networks/detail/learner_state.hpp"
+#include "eval/networks/detail/portable_weights.hpp"
 #include "eval/networks/detail/weights.hpp"
 
 namespace carillon::eval::networks {
@@ -166,6 +168,14 @@ void Learner::save(const std::filesystem::path& path) const {
                                  {"extents", state_->extents},
                                  {"classes", state_->classes}},
                                 {to_bytes(*state_->classifier)}});
+}
+
+void Learner::save_for_others(const std::filesystem::path& folder) const {
+  const nlohmann::ordered_json table =
+      layer_table(*state_->classifier, state_->method, state_->extents, state_->classes);
+  const auto weights = weights_of(*state_->classifier);
+  write_safetensors(folder / "model.safetensors", table, weights);
+  write_torch_script(folder / "model.pt", table, weights);
 }
 
 Learner Learner::load(const std::filesystem::path& path) {

@@ -100,6 +100,9 @@ class Learner {
 
   /// What is kept of a trained classifier.
   void save(const std::filesystem::path& path) const;
+  /// The same for other programs: model.safetensors with weights and a table of layers, model.pt as
+  /// TorchScript.
+  void save_for_others(const std::filesystem::path& folder) const;
   /// @throws FileError, InputError  no such file, or damaged
   static Learner load(const std::filesystem::path& path);
 

@@ -206,6 +206,7 @@ void keep(const TrainingJob& job, const Learnt& learnt, const TrainingRecord& re
   std::filesystem::create_directories(job.folder);
   if (learnt.learner) {
     learnt.learner->save(job.folder / "model");
+    learnt.learner->save_for_others(job.folder);
     core::write_text_durably(job.folder / "curves.csv", curves_csv(learnt.trained));
   }
   if (learnt.recognition)

@@ -1,10 +1,14 @@
 // Layers: extents, gradients against finite differences, and fusions against their formulas.
 #include <gtest/gtest.h>
+#include <torch/script.h>
 
 #include <cmath>
 
 #include "core/error.hpp"
+#include "core/temporary_folder.hpp"
+#include "eval/networks/detail/layer_table.hpp"
 #include "eval/networks/detail/networks.hpp"
+#include "eval/networks/detail/portable_weights.hpp"
 #include "eval/networks/detail/weights.hpp"
 #include "tests/eval/learning/made_source.hpp"
 
@@ -60,6 +64,23 @@ TEST_P(Branches, GiveFeaturesAndLogitsAndEveryWeightLearns) {
     EXPECT_TRUE(item.value().grad().defined()) << item.key();
     EXPECT_TRUE(torch::isfinite(item.value().grad()).all().item<bool>()) << item.key();
   }
+}
+TEST_P(Branches, AreDescribedByTheirLayers) {
+  // The TorchScript of the table, which has no other source, answers as the network does.
+  torch::manual_seed(7);
+  const learning::Method method = made_method({GetParam(), GetParam()}, learning::Fusion::bilinear);
+  const auto network = networks::make_classifier(method, extents_of(method), 5);
+  const auto modalities = random_modalities(method, 4);
+  network->train();
+  network->forward(modalities);  // statistics that are not those of nothing
+  network->eval();
+  const core::TemporaryFolder folder;
+  const auto table =
+      networks::layer_table(*network, method, extents_of(method), {"a", "b", "c", "d", "e"});
+  networks::write_torch_script(folder.path() / "model.pt", table, networks::weights_of(*network));
+  torch::jit::Module script = torch::jit::load((folder.path() / "model.pt").string());
+  const torch::Tensor found = script.forward({modalities[0], modalities[1]}).toTensor();
+  EXPECT_LT((found - network->forward(modalities)).abs().max().item<double>(), 1e-5);
 }
 INSTANTIATE_TEST_SUITE_P(All, Branches, testing::ValuesIn(learning::all_branches),
                          [](const auto& name) {
