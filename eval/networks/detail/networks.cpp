@@ -36,28 +36,35 @@ nn::Sequential with_dense_layer(nn::Sequential layers, const learning::ModalityE
   return layers;
 }
 
-[[noreturn]] void too_small(const char* branch, const std::string& needs,
+[[noreturn]] void too_small(const std::string& branch, const std::string& needs,
                             const learning::ModalityExtent& extent) {
   std::string text;
   for (const std::int64_t side : extent)
     text += fmt::format("{}{}", text.empty() ? "" : " x ", side);
-  throw core::InputError(fmt::format("{} needs {}, and gets {}", branch, needs, text));
+  throw core::InputError(fmt::format("{} needs {}, and gets {}", branch, needs, text),
+                         branch.ends_with("isnn") ? "smaller `kernel` or `pooling`" : "");
 }
 
 nn::Sequential isnn(const learning::LayerSizes& sizes, const learning::ModalityExtent& extent) {
-  if (extent[1] < sizes.kernel_bands + sizes.pool_bands - 1 ||
-      extent[2] < sizes.kernel_frames + sizes.pool_frames - 1) {
-    too_small(
-        "isnn",
-        fmt::format("at least {} bands and {} frames", sizes.kernel_bands + sizes.pool_bands - 1,
-                    sizes.kernel_frames + sizes.pool_frames - 1),
-        extent);
-  }
   nn::Sequential layers;
-  layers->push_back(
-      nn::Conv2d(nn::Conv2dOptions(1, sizes.filters, {sizes.kernel_bands, sizes.kernel_frames})));
-  layers->push_back(nn::ReLU());
-  layers->push_back(nn::MaxPool2d(nn::MaxPool2dOptions({sizes.pool_bands, sizes.pool_frames})));
+  std::int64_t channels = 1, bands = extent[1], frames = extent[2];
+  for (std::size_t i = 0; i < sizes.layers.size(); ++i) {
+    const learning::SpectrogramLayer& layer = sizes.layers[i];
+    const std::int64_t min_bands = layer.kernel_bands + layer.pool_bands - 1;
+    const std::int64_t min_frames = layer.kernel_frames + layer.pool_frames - 1;
+    if (bands < min_bands || frames < min_frames) {
+      too_small(sizes.layers.size() == 1 ? "isnn" : fmt::format("convolution {} of isnn", i + 1),
+                fmt::format("at least {} bands and {} frames", min_bands, min_frames),
+                {bands, frames});
+    }
+    layers->push_back(nn::Conv2d(
+        nn::Conv2dOptions(channels, layer.filters, {layer.kernel_bands, layer.kernel_frames})));
+    layers->push_back(nn::ReLU());
+    layers->push_back(nn::MaxPool2d(nn::MaxPool2dOptions({layer.pool_bands, layer.pool_frames})));
+    channels = layer.filters;
+    bands = (bands - layer.kernel_bands + 1) / layer.pool_bands;
+    frames = (frames - layer.kernel_frames + 1) / layer.pool_frames;
+  }
   return with_dense_layer(layers, extent, sizes.width, sizes.dropout, sizes.dropout);
 }
 

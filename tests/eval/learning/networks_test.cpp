@@ -87,6 +87,26 @@ INSTANTIATE_TEST_SUITE_P(All, Branches, testing::ValuesIn(learning::all_branches
                            return std::string(learning::name_of(name.param));
                          });
 
+TEST(Isnn, HasAsManyConvolutionsAsAreAskedFor) {
+  learning::Method method = made_method({learning::Branch::isnn});
+  method.sizes.layers = {{.filters = 16, .kernel_bands = 16, .kernel_frames = 4},
+                         {.filters = 32, .kernel_bands = 3, .kernel_frames = 3}};
+  // 64 x 25: (64 - 15) / 2 = 24 x 11, then (24 - 2) / 2 = 11 x 4.
+  const std::int64_t expected =
+      (16 * 16 * 4 + 16) + (32 * 16 * 3 * 3 + 32) + (32 * 11 * 4 * 16 + 16) + (16 * 5 + 5);
+  EXPECT_EQ(networks::parameter_count(*networks::make_classifier(method, extents_of(method), 5)),
+            expected);
+  method.sizes.layers[1].kernel_bands = 25;  // of 24
+  try {
+    networks::make_classifier(method, extents_of(method), 5);
+    FAIL() << "built";
+  } catch (const core::InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("convolution 2 of isnn needs at least 26 bands"),
+              std::string::npos)
+        << error.what();
+  }
+}
+
 TEST(Branches, SayWhatTheyNeedWhereASenseIsTooSmall) {
   EXPECT_THROW(networks::make_classifier(made_method({learning::Branch::isnn}), {{1, 4, 25}}, 3),
                core::InputError);
