@@ -167,7 +167,8 @@ def _convolution(values: _Array, row: dict[str, Any], weights: dict[str, _Array]
     kernel = weights[row["weight"]]
     axes = len(row["stride"])
     padded = np.pad(values, [(0, 0), (0, 0), *((side, side) for side in row["padding"])])
-    seen = np.lib.stride_tricks.sliding_window_view(padded, kernel.shape[2:], tuple(range(2, 2 + axes)))
+    view: Any = np.lib.stride_tricks.sliding_window_view  # whose stubs know of one axis alone
+    seen = view(padded, kernel.shape[2:], tuple(range(2, 2 + axes)))
     seen = seen[(slice(None), slice(None), *(slice(None, None, step) for step in row["stride"]))]
     summed = [1, *range(2 + axes, 2 + 2 * axes)]  # channels, and all of the kernel
     found = np.moveaxis(np.tensordot(seen, kernel, (summed, range(1, 2 + axes))), -1, 1)
