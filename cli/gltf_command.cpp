@@ -74,7 +74,7 @@ ShownObject shown_object(const GltfOptions& options, int modes, const Context& c
 std::vector<dataset::exporters::GltfMaterial> looks(const scene::SolvedObject& object) {
   std::vector<dataset::exporters::GltfMaterial> list;
   for (const synth::material::Material& material : object.materials) {
-    list.push_back({material.name, render::appearance_of(material.name, material.group)});
+    list.push_back({material.name, synth::material::appearance_of(material)});
   }
   if (!list.empty()) return list;
   for (const std::string& name : object.mesh.mesh.region_names) list.push_back({name, {}});

@@ -62,14 +62,14 @@ py::array_t<float> prepared(const std::string& folder, std::size_t listener,
     const auto source = learning::open_dataset_source(folder, listener);
     const learning::Modality modality = modality_named(name);
     const learning::ModalityLayout layout = learning::require_layout(*source, modality);
-    const std::vector<std::uint32_t> objects = source->objects();
+    const std::vector<std::uint32_t> shared = source->entries_of(modality);
     std::vector<std::uint32_t> entries;
     for (const std::uint64_t row : rows) {
       if (row >= source->size()) {
         throw core::InputError(fmt::format("{} has no sample {}", folder, row),
                                fmt::format("it has {}, counted from 0", source->size()));
       }
-      entries.push_back(layout.of_objects ? objects[row] : static_cast<std::uint32_t>(row));
+      entries.push_back(layout.shared ? shared[row] : static_cast<std::uint32_t>(row));
     }
     shape.insert(shape.end(), layout.extent.begin(), layout.extent.end());
     if (!entries.empty()) values = read_entries(*source, modality, layout, std::move(entries));

@@ -326,13 +326,16 @@ py::tuple estimate(const py::function& solve, const Samples& samples, double rat
 
 /// @return [rows, bands, frames]
 py::array_t<float> mel(const Samples& samples, double rate, int bands, int fft_size, int hop,
-                       double min_frequency, double max_frequency) {
+                       double min_frequency, double max_frequency, int resized_bands,
+                       int resized_frames) {
   const synth::signal::MelOptions options{.sample_rate = rate,
                                           .fft_size = fft_size,
                                           .hop = hop,
                                           .bands = bands,
                                           .min_frequency = min_frequency,
-                                          .max_frequency = max_frequency};
+                                          .max_frequency = max_frequency,
+                                          .resized_bands = resized_bands,
+                                          .resized_frames = resized_frames};
   auto rows = channels_of(samples, "samples");
   for (const std::vector<double>& row : rows) {
     if (!std::all_of(row.begin(), row.end(), [](double x) { return std::isfinite(x); })) {
@@ -349,8 +352,8 @@ py::array_t<float> mel(const Samples& samples, double rate, int bands, int fft_s
     }
     return all;
   });
-  const auto frames = static_cast<py::ssize_t>(values.size()) / (count * bands);
-  return array_of(std::move(values), {count, bands, frames});
+  const auto frames = static_cast<py::ssize_t>(values.size()) / (count * resized_bands);
+  return array_of(std::move(values), {count, resized_bands, frames});
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include "core/error.hpp"
 #include "render/detail/drawing.hpp"
 #include "render/detail/frame_shaders.hpp"
+#include "render/detail/grain_code.hpp"
 #include "render/detail/offscreen.hpp"
 #include "render/detail/shading_code.hpp"
 #include "render/shading_mesh.hpp"
@@ -32,7 +33,7 @@ const std::array<Light, 3> lights = {{{{-0.55, 0.75, 0.65}, {0.62, 0.605, 0.575}
                                       {{0.80, 0.10, 0.60}, {0.13, 0.145, 0.17}},    // fill
                                       {{0.30, 0.60, -0.75}, {0.36, 0.36, 0.38}}}};  // rim
 
-void check_all(const Camera& camera, const Appearance& appearance) {
+void check_camera(const Camera& camera) {
   check_picture(camera.width, camera.height, camera.field_of_view);
   if (!std::isfinite(camera.azimuth) || !std::isfinite(camera.elevation)) {
     throw core::InputError("camera: azimuth and elevation must be finite");
@@ -41,7 +42,6 @@ void check_all(const Camera& camera, const Appearance& appearance) {
     throw core::InputError(
         fmt::format("camera: distance must not be negative, not {} m", camera.distance));
   }
-  check(appearance);
 }
 
 /// Where the camera stands and how it projects, in units of the body's ball about the origin.
@@ -100,8 +100,8 @@ class FrameRenderer {
   FrameRenderer()
       : shadow_program_(make_program(shadow_vertex, shadow_fragment)),
         background_program_(make_program(background_vertex, background_fragment)),
-        body_program_(
-            make_program(body_vertex, std::string(glsl_version) + shading + body_fragment)),
+        body_program_(make_program(
+            body_vertex, std::string(glsl_version) + shading + grain_code + body_fragment)),
         shadows_(shadow_side) {
     glGenVertexArrays(1, no_vertices_.put());
     check_gl("setting up");
@@ -143,9 +143,7 @@ class FrameRenderer {
     set_matrix(body_program_, "clip_from_body", view.clip_from_body);
     set_matrix(body_program_, "light_from_body", light);
     set_vector(body_program_, "eye", view.distance * view.axes.row(2).transpose());
-    set_vector(body_program_, "reflectance", reflectance_of(appearance));
-    set_number(body_program_, "roughness", appearance.roughness);
-    set_number(body_program_, "metallic", appearance.metallic);
+    set_appearance(body_program_, appearance, grain_place(mesh, appearance));
     for (std::size_t i = 0; i < 3; ++i) {
       set_vector(body_program_, fmt::format("light_direction[{}]", i), direction[i]);
       set_vector(body_program_, fmt::format("light_color[{}]", i), lights[i].color);
@@ -175,16 +173,26 @@ class FrameRenderer {
 
 }  // namespace
 
-core::Image render_frame(const solvers::mesh::SurfaceMesh& mesh, const Camera& camera,
-                         const Appearance& appearance) {
-  check_all(camera, appearance);
+std::vector<core::Image> render_frames(const solvers::mesh::SurfaceMesh& mesh,
+                                       std::span<const Camera> cameras,
+                                       const Appearance& appearance) {
+  for (const Camera& camera : cameras) check_camera(camera);
+  looks::check(appearance);
   const BoundingBall ball = bounding_ball(mesh);
   check_colours(appearance, mesh);
   const ShadingMesh body = shading_mesh(mesh, ball, default_crease_angle);
-  const View view = make_view(camera, ball.radius);
   // Compiling the shaders takes longer than a picture; a context belongs to its thread.
   thread_local FrameRenderer renderer;
-  return renderer.draw(body, view, camera, appearance);
+  std::vector<core::Image> images;
+  for (const Camera& camera : cameras) {
+    images.push_back(renderer.draw(body, make_view(camera, ball.radius), camera, appearance));
+  }
+  return images;
+}
+
+core::Image render_frame(const solvers::mesh::SurfaceMesh& mesh, const Camera& camera,
+                         const Appearance& appearance) {
+  return render_frames(mesh, {&camera, 1}, appearance).front();
 }
 
 }  // namespace carillon::render

@@ -1,13 +1,18 @@
 #pragma once
 
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "core/image.hpp"
+#include "render/looks/appearance.hpp"
 #include "solvers/mesh/surface_mesh.hpp"
 
 namespace carillon::render {
+
+using looks::Appearance;
+using looks::appearance_of;
 
 /// What pictures are drawn with, off screen: "osmesa" or "egl"; "none" in a build with
 /// -DCARILLON_RENDER=OFF, where whatever draws throws an Error that says so.
@@ -28,16 +33,6 @@ struct Camera {
   double distance = 0;         ///< [m] from the body's centre; 0: the body fills the frame
 };
 
-struct Appearance {
-  Vec3 color = {0.7, 0.7, 0.72};  ///< linear reflectance
-  double roughness = 0.4;         ///< 0 mirror, 1 matt
-  double metallic = 0;
-  std::vector<Vec3> colours = {};  ///< at the mesh's vertices, instead of `color`; empty: none
-};
-
-/// @throws InputError  a number beyond 0 to 1
-void check(const Appearance& appearance);
-
 /// Picture of a body before a light grey backdrop, lit by a key, a fill and a rim light that stay
 /// with the camera, with shadows of its own, drawn off screen (Cook-Torrance shading,
 /// GGX). Three channels, sRGB, nine samples a pixel averaged in linear light. Faces that meet at
@@ -49,9 +44,9 @@ void check(const Appearance& appearance);
 /// @throws core::Error  no OpenGL 3.3 context can be made
 core::Image render_frame(const solvers::mesh::SurfaceMesh& mesh, const Camera& camera,
                          const Appearance& appearance);
-
-/// Looks of a material: of the last word of its name that is known (`bell_bronze` looks like
-/// bronze), else of its group (synth::material::material_groups()), else a neutral grey.
-Appearance appearance_of(const std::string& material, const std::string& group = "");
+/// The same from several places, one picture for each.
+std::vector<core::Image> render_frames(const solvers::mesh::SurfaceMesh& mesh,
+                                       std::span<const Camera> cameras,
+                                       const Appearance& appearance);
 
 }  // namespace carillon::render

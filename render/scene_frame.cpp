@@ -9,6 +9,7 @@
 #include "core/error.hpp"
 #include "core/numbers.hpp"
 #include "render/detail/frame_shaders.hpp"
+#include "render/detail/grain_code.hpp"
 #include "render/detail/scene_checks.hpp"
 #include "render/detail/scene_parts.hpp"
 #include "render/detail/scene_shaders.hpp"
@@ -30,8 +31,8 @@ void bind(int unit, GLuint texture) {
 
 /// A fragment shader by the key light and a weak one from the camera's side.
 std::string lit(const char* definitions, const char* fragment) {
-  return std::string(glsl_version) + "#define LIGHTS 2\n" + definitions + shading + scene_common +
-         fragment;
+  return std::string(glsl_version) + "#define LIGHTS 2\n" + definitions + shading + grain_code +
+         scene_common + fragment;
 }
 
 /// Programs of all scenes; compiling them takes longer than a frame.
@@ -182,10 +183,8 @@ void SceneRenderer::Parts::set_common(const Program& program, const Drawn& drawn
   set_matrix(program, "light_from_world", light_from_world);
   set_vector(program, "eye", view.eye);
   set_vector(program, "forward", view.forward);
-  set_vector(program, "reflectance", reflectance_of(drawn.appearance));
+  set_appearance(program, drawn.appearance, drawn.grain);
   set_vector(program, "deep_reflectance", drawn.deep_color);
-  set_number(program, "roughness", drawn.appearance.roughness);
-  set_number(program, "metallic", drawn.appearance.metallic);
   set_number(program, "body_number", drawn.number);
   const std::array<Vec3, 2> directions = {light, (Vec3(0, 0, 0.3) - view.forward).normalized()};
   const std::array<Vec3, 2> light_colors = {Vec3(0.66, 0.645, 0.615), Vec3(0.05, 0.055, 0.06)};
@@ -212,7 +211,7 @@ void SceneRenderer::Parts::set_common(const Program& program, const Drawn& drawn
               float(detail.map_size.y()));
   glUniform2f(glGetUniformLocation(program.get(), "face_size"), float(drawn.face_size.x()),
               float(drawn.face_size.y()));
-  set_number(program, "grain", detail.grain);
+  set_number(program, "texel", detail.grain);
   set_number(program, "deepest", detail.deepest);
 }
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 
 #include "core/error.hpp"
 #include "core/units.hpp"
@@ -175,6 +176,30 @@ VoxelGrid voxelize(const solvers::mesh::SurfaceMesh& mesh, const VoxelOptions& o
     for (std::size_t i = 0; i < grid.cells.size(); ++i) grid.cells[i] |= inside[i];
   }
   return grid;
+}
+
+std::vector<VoxelGrid> voxelize_turned(const solvers::mesh::SurfaceMesh& mesh,
+                                       const VoxelOptions& options) {
+  if (options.turns < 1 || options.turns > max_turns) {
+    throw core::InputError(
+        fmt::format("voxels: turns must lie within 1 and {}, not {}", max_turns, options.turns));
+  }
+  std::vector<solvers::mesh::SurfaceMesh> copies(static_cast<std::size_t>(options.turns), mesh);
+  VoxelOptions common = options;
+  for (std::size_t k = 1; k < copies.size(); ++k) {
+    const double angle = 2 * std::numbers::pi * static_cast<double>(k) / options.turns;
+    const Eigen::AngleAxisd turn(angle, Vec3::UnitZ());
+    for (Vec3& vertex : copies[k].vertices) vertex = turn * vertex;
+  }
+  if (options.pitch == 0 && copies.size() > 1) {
+    for (const solvers::mesh::SurfaceMesh& copy : copies) {
+      check(copy, options);
+      common.pitch = std::max(common.pitch, box_of_faces(copy).longest_side() / options.resolution);
+    }
+  }
+  std::vector<VoxelGrid> grids;
+  for (const solvers::mesh::SurfaceMesh& copy : copies) grids.push_back(voxelize(copy, common));
+  return grids;
 }
 
 VoxelFill parse_voxel_fill(const std::string& name) {

@@ -104,7 +104,7 @@ void add_damping(const solvers::modes::Modes& modes, std::size_t count,
 void add_material(const std::vector<synth::material::Material>& materials, const std::string& name,
                   ordered_json& object) {
   const synth::material::Material& first = materials.front();
-  const render::Appearance appearance = render::appearance_of(first.name, first.group);
+  const render::Appearance appearance = synth::material::appearance_of(first);
   object["material"] = name;
   object["youngs_modulus"] = first.elastic.youngs_modulus;
   object["density"] = first.elastic.density;

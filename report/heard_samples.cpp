@@ -23,10 +23,10 @@ using nlohmann::ordered_json;
 namespace {
 
 /// Columns that tell a listener what there is to hear, as far as a dataset has them.
-constexpr const char* told[] = {"material",     "size",    "split_shape",     "impulse",
-                                "contact_time", "striker", "support_damping", "room_size",
-                                "noise_ratio",  "modes",   "pitch_error",     "strikes",
-                                "peak"};
+constexpr const char* told[] = {"material",      "size",        "split_shape",     "impulse",
+                                "contact_time",  "striker",     "support_damping", "room_size",
+                                "room_response", "noise_ratio", "modes",           "pitch_error",
+                                "strikes",       "peak"};
 constexpr std::uint64_t largest_voxels = 64;
 constexpr int largest_picture = 256;
 
@@ -74,7 +74,8 @@ std::string picture(std::span<const std::uint8_t> pixels, std::uint64_t height,
   return core::base64(core::png_bytes("frame", small(image)));
 }
 
-/// The object's frame, or of a simulation the one in the middle of its movie.
+/// The object's frame in its material, its first view, or of a simulation the one in the middle of
+/// its movie.
 void add_picture(const Hdf5Group& index, std::uint64_t row, ordered_json& sample) {
   if (index.has("frames")) {
     const core::Extent extent = index.extent("frames");
@@ -82,23 +83,27 @@ void add_picture(const Hdf5Group& index, std::uint64_t row, ordered_json& sample
     const std::size_t size = extent[2] * extent[3] * 3;
     sample["picture"] =
         picture(std::span(all).subspan(extent[1] / 2 * size, size), extent[2], extent[3]);
-  } else if (index.has("shapes/frame")) {
-    const auto shape = index.read_rows<std::uint64_t>("shape_index", row, 1).front();
-    const core::Extent extent = index.extent("shapes/frame");
-    sample["picture"] =
-        picture(index.read_rows<std::uint8_t>("shapes/frame", shape, 1), extent[1], extent[2]);
+    return;
   }
+  const std::string path = "appearances/frame";
+  if (!index.has(path) || !index.has("appearance_index")) return;
+  const auto own = index.read_rows<std::uint64_t>("appearance_index", row, 1).front();
+  const core::Extent extent = index.extent(path);
+  const auto views = index.read_rows<std::uint8_t>(path, own, 1);
+  sample["picture"] =
+      picture(std::span(views).first(extent[2] * extent[3] * 3), extent[2], extent[3]);
 }
 
 /// Cells as bits, the first one the highest of its byte.
 void add_voxels(const Hdf5Group& index, std::uint64_t row, ordered_json& sample) {
   if (index.has("frames") || !index.has("shapes/voxels")) return;
-  const std::uint64_t resolution = index.extent("shapes/voxels")[1];
+  const std::uint64_t resolution = index.extent("shapes/voxels").back();
   if (resolution > largest_voxels) return;
   const auto shape = index.read_rows<std::uint64_t>("shape_index", row, 1).front();
   const auto cells = index.read_rows<std::uint8_t>("shapes/voxels", shape, 1);
-  std::string bits((cells.size() + 7) / 8, '\0');
-  for (std::size_t i = 0; i < cells.size(); ++i) {
+  const std::uint64_t count = resolution * resolution * resolution;  // of the first of its copies
+  std::string bits((count + 7) / 8, '\0');
+  for (std::size_t i = 0; i < count; ++i) {
     if (cells[i] != 0) bits[i / 8] = static_cast<char>(bits[i / 8] | (0x80 >> (i % 8)));
   }
   sample["voxels"] = {{"resolution", resolution}, {"cells", core::base64(bits)}};

@@ -15,7 +15,8 @@ nlohmann::json to_json(const synth::material::Material& material) {
                           {"poisson_ratio", material.elastic.poisson_ratio},
                           {"density_kg_m3", material.elastic.density},
                           {"damping", damping},
-                          {"source", material.source}};
+                          {"source", material.source},
+                          {"appearance", render::looks::to_json(appearance_of(material))}};
   if (!material.group.empty()) entry["group"] = material.group;
   if (const auto& anisotropy = material.elastic.anisotropy) {
     nlohmann::json rows = nlohmann::json::array();

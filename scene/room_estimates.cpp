@@ -45,17 +45,22 @@ bool walls_reflect_nothing(const synth::room::WallAbsorption& walls, std::size_t
 /// may be [s]. A wall at distances a and b of object and listener has r^2 = r0^2 + 4 a b. The
 /// smallest room has the nearest walls.
 double earliest_reflection(const RoomScene& room, const Scene& scene) {
-  const auto listeners = places_of(scene);
-  const Room place = typical_room(room, scene, false, listeners);
+  const Room place = typical_room(room, scene, false, places_of(scene));
   double earliest = std::numeric_limits<double>::infinity();
-  for (const Vec3& listener : listeners) {
+  for (const Vec3& listener : place.listeners) {
     for (int axis = 0; axis < 3; ++axis) {
       for (const bool far : {false, true}) {
         const double margin = room.margin > 0 ? room.margin : 0.1 * place.size[axis];
         const double object = !room.source ? margin
                               : far        ? place.size[axis] - place.source[axis]
                                            : place.source[axis];
-        const double ear = std::max(object + (far ? -1 : 1) * listener[axis], 0.0);
+        double ear = object + (far ? -1 : 1) * listener[axis];
+        if (room.dry) {
+          ear = !room.listener ? margin
+                : far          ? place.size[axis] - (*room.listener)[axis]
+                               : (*room.listener)[axis];
+        }
+        ear = std::max(ear, 0.0);
         const double direct = listener.norm();
         const double way = std::sqrt(direct * direct + 4 * object * ear) - direct;
         earliest = std::min(earliest, way / synth::room::sound_speed(room.air));
@@ -74,13 +79,14 @@ double images_up_to(double order) {
 
 bool air_is_heard(const RoomScene& room, const Scene& scene) {
   const std::size_t octaves = synth::room::octaves_below_nyquist(scene.audio.sample_rate);
-  return std::any_of(
-      scene.listeners.begin(), scene.listeners.end(), [&](const synth::modal::Listener& listener) {
-        // Losses grow with frequency.
-        const double highest =
-            std::min(synth::room::octave_centres[octaves - 1], scene.audio.sample_rate / 2);
-        return synth::room::air_loss(highest, listener.position.norm(), room.air) >= heard_air_loss;
-      });
+  const std::vector<Vec3> listeners =
+      room.dry ? typical_room(room, scene, true, {}).listeners : places_of(scene);
+  return std::any_of(listeners.begin(), listeners.end(), [&](const Vec3& listener) {
+    // Losses grow with frequency.
+    const double highest =
+        std::min(synth::room::octave_centres[octaves - 1], scene.audio.sample_rate / 2);
+    return synth::room::air_loss(highest, listener.norm(), room.air) >= heard_air_loss;
+  });
 }
 
 std::string why_no_reflection(const RoomScene& room, const Scene& scene) {
@@ -110,14 +116,21 @@ double rooms_of_a_shape(const RoomScene& room, const Scene& scene) {
 
 /// Of one chain's spectra [byte]: those of every room that a shape's sounds may draw.
 double memory_of_spectra(const RoomScene& room, const Scene& scene) {
-  // A complex number for each sample of a clip that is padded to twice its length, and for every
-  // other one of what air takes from the direct sound, which is short.
-  const double spectra = 24.0 * static_cast<double>(scene.audio.samples());
+  const double spectra = spectrum_bytes * static_cast<double>(scene.audio.samples());
   return std::min(room_memory,
                   spectra * rooms_of_a_shape(room, scene) * static_cast<double>(scene.rows()));
 }
 
 }  // namespace
+
+std::string asked_by_room(const std::string& key, const std::string& place, bool dry) {
+  return fmt::format("{}: ({}){}", key, place, dry ? ", for the dry sound" : "");
+}
+
+std::string why_unheard(const Scene& scene) {
+  const std::string reason = scene.unheard();
+  return reason.empty() ? "" : reason + "; `room.input: dry` takes the dry sound";
+}
 
 std::optional<RoomScene> ask_for_room(core::ConfigNode& root, const Scene& scene,
                                       SceneEffect& effect) {
@@ -125,9 +138,14 @@ std::optional<RoomScene> ask_for_room(core::ConfigNode& root, const Scene& scene
     effect.reason_off = "no room:";
     return std::nullopt;
   }
+  core::ConfigNode node = root.child("room");
+  if (node.has("responses")) {
+    effect.reason_off = fmt::format("room.responses: ({}) are measured", node.where("responses"));
+    return std::nullopt;
+  }
   RoomScene room = read_room(root, scene);
-  effect.asked_by = "room: (" + root.where("room") + ")";
-  effect.reason_off = scene.unheard();
+  effect.asked_by = asked_by_room("room", root.where("room"), room.dry);
+  if (!room.dry) effect.reason_off = why_unheard(scene);
   effect.memory = memory_of_spectra(room, scene);
   return room;
 }
@@ -145,9 +163,11 @@ double seconds_per_sound(const RoomScene& room, const Scene& scene, bool images)
     const OctaveValues rt60 = synth::room::eyring(
         place.size, synth::room::mean_absorption(place.size, place.walls), room.air);
     const double longest = *std::max_element(rt60.begin(), rt60.end());
-    seconds = seconds_per_tail_second * rate * std::min(1.5 * longest, scene.audio.seconds);
+    // The room's is the longest that may be drawn.
+    const double drawn = room.rt60 ? 0.5 * (1 + room.rt60->low / room.rt60->high) : 1;
+    seconds = seconds_per_tail_second * rate * std::min(1.5 * drawn * longest, scene.audio.seconds);
   }
-  const auto strikes = static_cast<double>(scene.strikes_per_object());
+  const auto strikes = static_cast<double>(scene.strikes_per_object() * scene.variants);
   const double convolution = seconds_per_sample * static_cast<double>(scene.audio.samples());
   return convolution + seconds * std::min(1.0, room.count / std::max(1.0, strikes));
 }

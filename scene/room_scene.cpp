@@ -4,107 +4,18 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 
 #include "core/error.hpp"
 #include "core/random.hpp"
-#include "synth/room/wall_materials.hpp"
+#include "scene/detail/room_walls.hpp"
 
 namespace carillon::scene {
 
-using core::ConfigNode;
-using core::Dimension;
 using synth::room::octave_count;
 using synth::room::OctaveValues;
 
-namespace {
-
-constexpr double listener_margin =
-    0.01;  ///< of a listener to walls where places are drawn, of a side
-
-/// One value for all octaves, or a list of 6 to 8 from 125 Hz on, the last for those above.
-OctaveValues read_octaves(ConfigNode& node, const std::string& key, Dimension dimension) {
-  OctaveValues values{};
-  if (!node.is_list(key)) {
-    values.fill(node.quantity(key, dimension));
-    return values;
-  }
-  const std::vector<double> list = node.quantities(key, dimension);
-  return core::at_key(node, key, [&] { return synth::room::octaves_of(list); });
-}
-
-/// A number or a list of octaves, or the name of a wall material.
-OctaveValues read_absorption(ConfigNode& node, const std::string& key) {
-  if (!node.is_list(key)) {
-    const std::string word = node.text(key);
-    if (!word.empty() && std::isalpha(static_cast<unsigned char>(word.front())) != 0) {
-      return core::at_key(node, key,
-                          [&] { return synth::room::find_wall_material(word).absorption; });
-    }
-  }
-  const OctaveValues values = read_octaves(node, key, Dimension::none);
-  for (const double a : values) {
-    if (!(a >= 0 && a <= 1)) {
-      node.fail(key, fmt::format("an absorption of {}", a),
-                "it is the fraction of energy that a wall does not reflect: 0 to 1");
-    }
-  }
-  return values;
-}
-
-/// @param key     of the room: absorption or walls
-/// @param others  what walls that are not given are called in its mapping
-synth::room::WallAbsorption read_walls(ConfigNode& room, const std::string& key,
-                                       const std::string& others) {
-  if (!room.is_mapping(key)) {
-    return synth::room::same_on_all_walls(read_absorption(room, key));
-  }
-  ConfigNode walls = room.child(key);
-  for (const auto& [place, name] : {std::pair("z0", "floor"), std::pair("z1", "ceiling")}) {
-    if (walls.has(place)) walls.fail(place, fmt::format("this wall is called {}", name));
-  }
-  std::optional<OctaveValues> rest;
-  if (walls.has(others)) rest = read_absorption(walls, others);
-  synth::room::WallAbsorption absorption;
-  for (std::size_t w = 0; w < synth::room::wall_count; ++w) {
-    const char* name = synth::room::wall_names[w];
-    if (walls.has(name)) {
-      absorption[w] = read_absorption(walls, name);
-    } else if (rest) {
-      absorption[w] = *rest;
-    } else {
-      walls.fail("", fmt::format("no absorption of the wall {}", name),
-                 fmt::format("give x0, x1, y0, y1, floor and ceiling, or {} for those that are "
-                             "not given",
-                             others));
-    }
-  }
-  return absorption;
-}
-
-/// The one key that says how much a room reflects.
-std::string reflecting_key(const ConfigNode& room) {
-  std::string given;
-  for (const char* key : {"absorption", "walls", "rt60"}) {
-    if (!room.has(key)) continue;
-    if (!given.empty()) {
-      room.fail(key,
-                fmt::format("{} and {} are both given; one follows from the other", given, key),
-                "give one of absorption (of the walls, 0 to 1), walls (what they are made of) and "
-                "rt60 (reverberation time)");
-    }
-    given = key;
-  }
-  if (given.empty()) {
-    room.fail("", "neither absorption nor walls nor rt60 is given",
-              "give absorption (of the walls, 0 to 1), walls (what they are made of: carillon list "
-              "walls) or rt60 (reverberation time)");
-  }
-  return given;
-}
-
-Vec3 corner(const RoomScene& scene, bool largest) {
+Vec3 room_size(const RoomScene& scene, bool largest) {
   Vec3 size;
   for (int i = 0; i < 3; ++i) {
     const core::Range& side = scene.size[static_cast<std::size_t>(i)];
@@ -113,7 +24,8 @@ Vec3 corner(const RoomScene& scene, bool largest) {
   return size;
 }
 
-synth::room::WallAbsorption walls_of(const RoomScene& scene, const Vec3& size, double sample_rate) {
+synth::room::WallAbsorption walls_of(const RoomScene& scene, const Vec3& size, double sample_rate,
+                                     double rt60) {
   if (scene.walls) return *scene.walls;
   if (scene.octave_rt60) {
     return synth::room::same_on_all_walls(synth::room::absorption_for(
@@ -124,12 +36,20 @@ synth::room::WallAbsorption walls_of(const RoomScene& scene, const Vec3& size, d
   OctaveValues times;
   for (std::size_t b = 0; b < octave_count; ++b) {
     const auto limits = synth::room::reverberation_limits(size, b, scene.air);
-    times[b] = b == 3 ? *scene.rt60 : std::clamp(*scene.rt60, limits.low, limits.high);
+    times[b] = b == 3 ? rt60 : std::clamp(rt60, limits.low, limits.high);
   }
   OctaveValues absorption;
   absorption.fill(synth::room::absorption_for(size, times, scene.air)[3]);
   return synth::room::same_on_all_walls(absorption);
 }
+
+namespace {
+
+constexpr double listener_margin =
+    0.01;  ///< of a listener to walls where places are drawn, of a side
+/// Drawn places of object and listener are so far from each other, or a quarter of the diagonal of
+/// where they may be [m].
+constexpr double nearest_listener = 0.5;
 
 /// Where the object may be so that it and its listeners are inside.
 Eigen::AlignedBox3d places(const RoomScene& scene, const Vec3& size,
@@ -151,72 +71,80 @@ Eigen::AlignedBox3d places(const RoomScene& scene, const Vec3& size,
   return box;
 }
 
-void check_places(const Vec3& size, const Vec3& source, const std::vector<Vec3>& listeners,
-                  int order) {
-  for (const Vec3& listener : listeners) {
-    synth::room::check_room(size, source, source + listener, order);
+void check_places(const Room& room, int order) {
+  for (const Vec3& listener : room.listeners) {
+    synth::room::check_room(room.size, room.source, room.source + listener, order);
   }
+}
+
+double longest_rt60(const RoomScene& scene) {
+  return scene.rt60 ? scene.rt60->high : 0;
+}
+
+Vec3 farthest_corner(const Eigen::AlignedBox3d& box, const Vec3& place) {
+  return (place.array() < box.center().array()).select(box.max(), box.min());
+}
+
+/// A drawn place of object or listener, far enough from the other one.
+Vec3 draw_place(const Eigen::AlignedBox3d& box, const std::optional<Vec3>& other,
+                core::RandomStream& random) {
+  constexpr int tries = 1000;
+  const double nearest = std::min(nearest_listener, 0.25 * box.diagonal().norm());
+  for (int i = 0; i < tries; ++i) {
+    Vec3 place;
+    for (int axis = 0; axis < 3; ++axis) {
+      place[axis] = random.uniform(box.min()[axis], box.max()[axis]);
+    }
+    if (!other || (place - *other).norm() >= nearest) return place;
+  }
+  return farthest_corner(box, *other);
+}
+
+/// Draws what is not given of the places of a room for dry sounds.
+void place_dry(const RoomScene& scene, std::uint64_t seed, std::uint64_t number, Room& room) {
+  std::optional<Vec3> source = scene.source;
+  std::optional<Vec3> listener = scene.listener;
+  if (!source || !listener) {
+    const Eigen::AlignedBox3d box = places(scene, room.size, {});
+    core::RandomStream of_source(seed, number, "room.source");
+    core::RandomStream of_listener(seed, number, "room.listener");
+    if (!source) source = draw_place(box, listener, of_source);
+    if (!listener) listener = draw_place(box, source, of_listener);
+  }
+  room.source = *source;
+  room.listeners = {*listener - *source};
+}
+
+/// Object and listener as far from each other as dry sounds may have them, the object in a corner
+/// of where it may be.
+void place_dry_far(const RoomScene& scene, const Vec3& source_corner, Room& room) {
+  if (scene.source && scene.listener) {
+    room.source = *scene.source;
+    room.listeners = {*scene.listener - room.source};
+    return;
+  }
+  const Eigen::AlignedBox3d box = places(scene, room.size, {});
+  room.source = scene.source     ? *scene.source
+                : scene.listener ? farthest_corner(box, *scene.listener)
+                                 : source_corner;
+  room.listeners = {(scene.listener ? *scene.listener : farthest_corner(box, room.source)) -
+                    room.source};
 }
 
 }  // namespace
 
-RoomScene read_room(ConfigNode& root, const Scene& scene) {
-  ConfigNode node = root.child("room");
-  RoomScene room;
-  room.size = node.ranges("dimensions", Dimension::length, 3);
-  core::at_key(node, "dimensions", [&] {
-    synth::room::check_room_size(corner(room, false));
-    synth::room::check_room_size(corner(room, true));
-  });
-  if (node.is_list("source")) {
-    const auto at = node.quantities("source", Dimension::length, 3);
-    room.source = Vec3(at[0], at[1], at[2]);
-  } else {
-    node.choice("source", {"random"}, "random");
-    room.margin = node.quantity("margin", Dimension::length, 0.0);
-    if (!(room.margin >= 0)) node.fail("margin", "a distance from the walls is not negative");
-  }
-  room.air.temperature = node.quantity("temperature", Dimension::none, 20.0);
-  room.air.humidity = node.quantity("humidity", Dimension::none, 0.5);
-  core::at_key(node, "temperature", [&] {
-    synth::room::sound_speed(synth::room::Air{room.air.temperature, 0.5});
-  });
-  core::at_key(node, "humidity", [&] { synth::room::sound_speed(room.air); });
-  room.order = static_cast<int>(node.integer("image_order", 0, synth::room::highest_order, 3));
-  room.drawn = !room.source || std::any_of(room.size.begin(), room.size.end(),
-                                           [](auto side) { return side.low < side.high; });
-  room.count = static_cast<int>(node.integer("count", 1, 1000000, 20));
-  if (!room.drawn) room.count = 1;
-
-  if (const std::string key = reflecting_key(node); key != "rt60") {
-    room.walls = read_walls(node, key, key == "walls" ? "others" : "walls");
-  } else {
-    const OctaveValues times = read_octaves(node, "rt60", Dimension::time);
-    if (node.is_list("rt60")) {
-      room.octave_rt60 = times;
-    } else {
-      room.rt60 = times[0];
-    }
-    core::at_key(node, "rt60", [&] {
-      walls_of(room, corner(room, false), scene.audio.sample_rate);
-      walls_of(room, corner(room, true), scene.audio.sample_rate);
-    });
-  }
-  std::vector<Vec3> listeners;
-  for (const synth::modal::Listener& listener : scene.listeners)
-    listeners.push_back(listener.position);
-  core::at_key(node, room.source ? "source" : "dimensions",
-               [&] { typical_room(room, scene, false, listeners); });
-  return room;
-}
-
 Room typical_room(const RoomScene& scene, const Scene& audio, bool largest,
                   const std::vector<Vec3>& listeners) {
   Room room;
-  room.size = corner(scene, largest);
-  room.source = scene.source ? *scene.source : places(scene, room.size, listeners).center();
-  check_places(room.size, room.source, listeners, scene.order);
-  room.walls = walls_of(scene, room.size, audio.audio.sample_rate);
+  room.size = room_size(scene, largest);
+  if (scene.dry) {
+    place_dry_far(scene, Vec3(places(scene, room.size, {}).min()), room);
+  } else {
+    room.source = scene.source ? *scene.source : places(scene, room.size, listeners).center();
+    room.listeners = listeners;
+  }
+  check_places(room, scene.order);
+  room.walls = walls_of(scene, room.size, audio.audio.sample_rate, longest_rt60(scene));
   return room;
 }
 
@@ -224,11 +152,17 @@ std::vector<Room> rooms_at_the_edges(const RoomScene& scene, const Scene& audio,
                                      const std::vector<Vec3>& listeners) {
   if (scene.source) return {};
   const Room middle = typical_room(scene, audio, largest, listeners);
-  const Eigen::AlignedBox3d box = places(scene, middle.size, listeners);
+  const Eigen::AlignedBox3d box =
+      places(scene, middle.size, scene.dry ? std::vector<Vec3>{} : listeners);
   std::vector<Room> rooms(8, middle);
   for (int corner = 0; corner < 8; ++corner) {
-    rooms[static_cast<std::size_t>(corner)].source =
-        box.corner(static_cast<Eigen::AlignedBox3d::CornerType>(corner));
+    Room& room = rooms[static_cast<std::size_t>(corner)];
+    const Vec3 place = box.corner(static_cast<Eigen::AlignedBox3d::CornerType>(corner));
+    if (scene.dry) {
+      place_dry_far(scene, place, room);
+    } else {
+      room.source = place;
+    }
   }
   return rooms;
 }
@@ -244,15 +178,22 @@ Room room_of(const RoomScene& scene, const Sound& sound, const std::vector<Vec3>
     const core::Range& side = scene.size[static_cast<std::size_t>(i)];
     room.size[i] = sides.uniform(side.low, side.high);
   }
-  if (scene.source) {
-    room.source = *scene.source;
+  if (scene.dry) {
+    place_dry(scene, sound.seed, number, room);
   } else {
-    const Eigen::AlignedBox3d box = places(scene, room.size, listeners);
     core::RandomStream place(sound.seed, number, "room.source");
-    for (int i = 0; i < 3; ++i) room.source[i] = place.uniform(box.min()[i], box.max()[i]);
+    room.source = scene.source
+                      ? *scene.source
+                      : draw_place(places(scene, room.size, listeners), std::nullopt, place);
+    room.listeners = listeners;
   }
-  check_places(room.size, room.source, listeners, scene.order);
-  room.walls = walls_of(scene, room.size, sound.sample_rate);
+  check_places(room, scene.order);
+  double rt60 = 0;
+  if (scene.rt60) {
+    core::RandomStream time(sound.seed, number, "room.rt60");
+    rt60 = time.uniform(scene.rt60->low, scene.rt60->high);
+  }
+  room.walls = walls_of(scene, room.size, sound.sample_rate, rt60);
   return room;
 }
 
@@ -288,6 +229,10 @@ void record_room(core::Columns& record, const RoomScene& scene, const Room& room
   const OctaveValues rt60 = synth::room::eyring(
       room.size, synth::room::mean_absorption(room.size, room.walls), scene.air);
   record.add("room_rt60", std::span<const double>(rt60), {octave_count});
+  if (scene.dry) {
+    const Vec3 listener = room.source + room.listeners.front();
+    record.add("room_listener", std::span<const double>(listener.data(), 3), {3});
+  }
 }
 
 const RoomSpectra::Entry& RoomSpectra::of(const synth::room::RoomOptions& options) {

@@ -158,6 +158,7 @@ Scene read_scene(ConfigNode& root, const std::string& file_name, std::span<const
   scene.materials = around.materials;
   scene.materials_place = around.materials_place;
   scene.parts = around.parts;
+  scene.variants = around.variants;
   scene.audio = read_audio(root.child("audio"));
   const bool moves = root.has("motion");
   if (moves) {

@@ -48,6 +48,7 @@ struct Scene {
       materials;                ///< every one that an object is made of; may be empty
   std::string materials_place;  ///< as SceneSurroundings::materials_place
   std::size_t parts = 1;        ///< as Sound::parts
+  std::size_t variants = 1;     ///< materials and sizes that a shape is struck in, at the most
   std::vector<synth::modal::Listener> listeners;  ///< from the centre of the object's box
   std::vector<EffectDecision> effects;            ///< every effect there is, on or off, in order
 
@@ -72,6 +73,7 @@ struct SceneSurroundings {
       {};                            ///< of all objects, where that is known already
   std::string materials_place = {};  ///< what names them, "materials: (kitchen.yaml:6)"; may be ""
   std::size_t parts = 1;             ///< as Sound::parts
+  std::size_t variants = 1;          ///< as Scene::variants
   bool with_files = true;  ///< faults of large files that effects read are looked for, too
 };
 

@@ -198,9 +198,26 @@ std::string in_two_parts(const Met& first, const Row& row) {
   return "";
 }
 
+Finding check_responses(const std::vector<Row>& rows) {
+  std::map<std::string, Met> by_name;
+  std::vector<std::string> items;
+  for (const Row& row : rows) {
+    const Met met{row.split_shape, row.split_strike, row.key};
+    const std::string leak = in_two_parts(by_name.emplace(row.response, met).first->second, row);
+    if (!leak.empty()) items.push_back(fmt::format("{} is in {}", row.response, leak));
+  }
+  if (!items.empty() && by_name.size() == 1) {
+    return {"rooms", Verdict::note, "one measured response for all parts", "", {}};
+  }
+  return judged("rooms", std::move(items),
+                fmt::format("{} measured responses, none in two parts of a split", by_name.size()),
+                "a measured response is in two parts of a split", edited);
+}
+
 }  // namespace
 
 Finding check_rooms(const std::vector<Row>& rows) {
+  if (!rows.empty() && !rows.front().response.empty()) return check_responses(rows);
   std::map<std::int64_t, Met> by_number;
   std::map<std::string, Met> by_text;
   std::vector<std::string> items, same;

@@ -14,8 +14,8 @@ Finding check_split_shape(const DatasetFolder& folder, const std::vector<Row>& r
 /// No strike in two parts of split_strike: by its number, and by the point of the object.
 Finding check_split_strike(const DatasetFolder& folder, const std::vector<Row>& rows);
 
-/// No room in two parts of either split. Rooms that the configuration draws nothing of are the same
-/// in all parts because it says so: a note.
+/// No room, simulated or measured, in two parts of either split. Rooms that the configuration draws
+/// nothing of, and a response that it names, are the same in all parts because it says so: a note.
 Finding check_rooms(const std::vector<Row>& rows);
 
 /// No moment of a recording in two parts of either split.

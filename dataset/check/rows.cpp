@@ -49,6 +49,8 @@ std::vector<Row> read_rows(const DatasetFolder& folder, const std::vector<std::s
       room_sources = shard.read<double>("room_source");
       room_times = shard.read<double>("room_rt60");
     }
+    const auto responses =
+        shard.has("room_response") ? texts("room_response") : std::vector<std::string>{};
     const auto noises = has_noise ? texts("noise_source") : std::vector<std::string>{};
     for (std::size_t i = 0; i < keys.size(); ++i) {
       Row row;
@@ -71,6 +73,7 @@ std::vector<Row> read_rows(const DatasetFolder& folder, const std::vector<std::s
         };
         row.room_text = part(room_sizes) + " / " + part(room_sources) + " / " + part(room_times);
       }
+      if (!responses.empty()) row.response = responses[i];
       if (has_noise) row.noise = noises[i];
       rows.push_back(std::move(row));
     }

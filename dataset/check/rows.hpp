@@ -20,6 +20,7 @@ struct Row {
   Vec3 point = Vec3::Zero();         ///< struck, on the object at size 1 [m]
   std::optional<std::int64_t> room;  ///< number
   std::string room_text;             ///< its size, place and reverberation
+  std::string response;              ///< room_response
   std::string noise;                 ///< noise_source
 };
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
+#include <numbers>
 #include <set>
 
 #include "core/error.hpp"
@@ -26,30 +27,65 @@ using core::path_beside;
 
 namespace {
 
-synth::signal::MelOptions read_mel(ConfigNode node, const scene::AudioConfig& audio) {
-  synth::signal::MelOptions mel;
-  mel.sample_rate = audio.sample_rate;
-  mel.bands = static_cast<int>(node.integer("bands", 1, 1024, 64));
-  mel.fft_size = static_cast<int>(node.integer("fft_size", 16, 1 << 20, 2048));
-  if (mel.fft_size % 2 != 0) node.fail("fft_size", "must be even");
-  if (node.has("hop")) {
+/// The hop and how many frames are kept.
+void read_frames(ConfigNode& node, std::int64_t samples, synth::signal::MelOptions& mel) {
+  if (node.has("overlap")) {
+    if (node.has("hop")) node.fail("hop", "follows from `overlap`: give one of them");
+    const double overlap = node.quantity("overlap", Dimension::none);
+    if (!(overlap >= 0 && overlap < 1)) node.fail("overlap", "must be at least 0 and below 1");
+    mel.hop = std::max(1, static_cast<int>(std::lround((1 - overlap) * mel.fft_size)));
+  } else if (node.has("hop")) {
     mel.hop = static_cast<int>(node.integer("hop", 1, 1 << 24));
   } else {
     // The largest hop that gives these frames; 1837 for 25 of 1 s at 44.1 kHz.
     const std::int64_t frames = node.integer("frames", 2, 100000, 25);
-    const auto samples = static_cast<std::int64_t>(audio.samples());
     mel.hop = static_cast<int>(std::max<std::int64_t>(1, samples / (frames - 1)));
-    const int made = synth::signal::mel_frames(audio.samples(), mel);
+    const std::int64_t made = 1 + samples / mel.hop;
     if (made != frames) {
       node.fail("frames", fmt::format("no hop cuts {} samples into {} frames; the nearest is {}",
                                       samples, frames, made));
     }
+    return;
   }
+  if (!node.has("frames")) return;
+  mel.resized_frames = static_cast<int>(node.integer("frames", 1, 100000));
+  const std::int64_t made = 1 + samples / mel.hop;
+  if (mel.resized_frames > made) {
+    node.fail("frames", fmt::format("there are {} frames at a hop of {} samples: no more can be "
+                                    "made of them",
+                                    made, mel.hop));
+  }
+}
+
+void read_bands(ConfigNode& node, synth::signal::MelOptions& mel) {
+  mel.bands = static_cast<int>(node.integer("bands", 1, 1024, 64));
+  if (!node.has("computed_bands")) return;
+  mel.resized_bands = mel.bands;
+  mel.bands = static_cast<int>(node.integer("computed_bands", 1, 1024));
+  if (mel.bands < mel.resized_bands) {
+    node.fail("computed_bands", fmt::format("must be at least `bands`, {}", mel.resized_bands));
+  }
+}
+
+synth::signal::MelOptions read_mel(ConfigNode node, const scene::AudioConfig& audio) {
+  synth::signal::MelOptions mel;
+  mel.sample_rate = audio.sample_rate;
+  read_bands(node, mel);
+  mel.fft_size = static_cast<int>(node.integer("fft_size", 16, 1 << 20, 2048));
+  if (mel.fft_size % 2 != 0) node.fail("fft_size", "must be even");
+  read_frames(node, static_cast<std::int64_t>(audio.samples()), mel);
   mel.min_frequency = node.quantity("min_frequency", Dimension::frequency, 0);
   mel.max_frequency = node.quantity("max_frequency", Dimension::frequency, audio.sample_rate / 2);
   if (!(mel.min_frequency >= 0 && mel.max_frequency > mel.min_frequency &&
         mel.max_frequency <= audio.sample_rate / 2)) {
     node.fail("max_frequency", "must be above min_frequency and at most half the sample rate");
+  }
+  if (const int empty = synth::signal::empty_mel_bands(mel); empty > 0) {
+    node.fail(mel.resized_bands > 0 ? "computed_bands" : "bands",
+              fmt::format("{} of {} bands hold no bin of an FFT of {} (`fft_size`), and would be "
+                          "silent whatever sounds",
+                          empty, mel.bands, mel.fft_size),
+              synth::signal::resolved_mel_bands(mel));
   }
   return mel;
 }
@@ -60,16 +96,40 @@ render::VoxelOptions read_voxels(ConfigNode node) {
   voxels.fill =
       render::parse_voxel_fill(node.choice("fill", {"surface", "outer", "solid"}, "outer"));
   voxels.pitch = node.not_negative("cell_size", Dimension::length, 0);
+  voxels.turns = static_cast<int>(node.integer("turns", 1, render::max_turns, 1));
   return voxels;
 }
 
-render::Camera read_camera(ConfigNode node) {
+/// Of `views`: so many in even steps about the vertical from the camera's own azimuth on, or a list
+/// of places, where those of the camera are what is not given.
+std::vector<render::Camera> read_views(ConfigNode& node, const render::Camera& camera) {
+  std::vector<render::Camera> cameras;
+  if (node.is_list("views")) {
+    for (ConfigNode& view : node.children("views")) {
+      cameras.push_back(camera);
+      cameras.back().azimuth = view.quantity("azimuth", Dimension::angle, camera.azimuth);
+      cameras.back().elevation = view.quantity("elevation", Dimension::angle, camera.elevation);
+    }
+    if (cameras.empty()) node.fail("views", "there is none", "leave it out for one view");
+    return cameras;
+  }
+  constexpr std::int64_t max_views = 100;
+  const auto count = static_cast<std::size_t>(node.integer("views", 1, max_views, 1));
+  for (std::size_t v = 0; v < count; ++v) {
+    cameras.push_back(camera);
+    cameras.back().azimuth +=
+        2 * std::numbers::pi * static_cast<double>(v) / static_cast<double>(count);
+  }
+  return cameras;
+}
+
+std::vector<render::Camera> read_cameras(ConfigNode node) {
   render::Camera camera;
   scene::read_picture(node, camera.width, camera.height, camera.field_of_view);
   camera.azimuth = node.quantity("azimuth", Dimension::angle, 0.6);
   camera.elevation = node.quantity("elevation", Dimension::angle, 0.45);
   camera.distance = node.not_negative("distance", Dimension::length, 0);
-  return camera;
+  return read_views(node, camera);
 }
 
 SplitConfig read_split(ConfigNode node) {
@@ -80,6 +140,23 @@ SplitConfig read_split(ConfigNode node) {
     node.fail("test", "validation and test are fractions of the whole and add up to at most 1");
   }
   return split;
+}
+
+/// Materials and sizes that a shape is struck in: the maximum over the objects.
+std::size_t variants_of_a_shape(const BuildConfig& config) {
+  const auto chosen = [](Which which, std::size_t count) {
+    return which == Which::all ? std::max<std::size_t>(1, count) : 1;
+  };
+  std::size_t variants = 1;
+  for (const ObjectSource& source : config.objects) {
+    const std::size_t materials = source.object.groups.empty() ? source.object.materials.size() : 1;
+    const std::size_t sizes = source.tune.empty()
+                                  ? source.sizes.size() + (source.drawn_size ? 1 : 0)
+                                  : source.tune.size();
+    variants = std::max(variants, chosen(config.sounding.materials, materials) *
+                                      chosen(config.sounding.sizes, sizes));
+  }
+  return variants;
 }
 
 /// Parts that manifests name are parts of the split.
@@ -262,6 +339,7 @@ BuildConfig read_build_config(const std::string& text, const std::string& file_n
                                    {.materials = named_materials(config),
                                     .materials_place = materials_place(root),
                                     .parts = config.split.parts(),
+                                    .variants = variants_of_a_shape(config),
                                     .with_files = with_files});
   scene::read_modes(root.child("modes"), config.scene.audio.sample_rate, config);
   check_tuning(root, config);
@@ -280,10 +358,10 @@ BuildConfig read_build_config(const std::string& text, const std::string& file_n
   config.ranks = read_ranks(root.child("ranks"));
   if (root.has("mel")) config.mel = read_mel(root.child("mel"), config.scene.audio);
   if (root.has("voxels")) config.voxels = read_voxels(root.child("voxels"));
-  if (root.has("camera")) config.camera = read_camera(root.child("camera"));
+  if (root.has("camera")) config.cameras = read_cameras(root.child("camera"));
   if (!config.scene.runs("mel")) config.mel.reset();
   if (!config.scene.runs("voxels")) config.voxels.reset();
-  if (!config.scene.runs("frames")) config.camera.reset();
+  if (!config.scene.runs("frames")) config.cameras.clear();
   price_views(config);
   ConfigNode files = root.child("files");
   config.wav = files.flag("wav", false);

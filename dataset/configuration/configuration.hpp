@@ -46,7 +46,7 @@ struct BuildConfig : scene::ModesConfig {
       motion;  ///< samples are simulations of it, not strikes
   std::optional<synth::signal::MelOptions> mel;
   std::optional<render::VoxelOptions> voxels;
-  std::optional<render::Camera> camera;
+  std::vector<render::Camera> cameras;  ///< of the objects' frames, one for each view; empty: none
   bool wav = false;
   bool png = false;
   SplitConfig split;

@@ -11,6 +11,7 @@
 #include "dataset/configuration/about.hpp"
 #include "dataset/exporters/detail/card_header.hpp"
 #include "dataset/run/croissant.hpp"
+#include "dataset/stored/shared_rows.hpp"
 #include "scene/columns.hpp"
 
 namespace carillon::dataset::exporters {
@@ -148,7 +149,8 @@ std::string columns_text(const ExportedRows& rows) {
   for (const ExportedRows::Column& column : rows.columns()) {
     const core::ColumnRule* rule = core::find_rule(scene::columns(), column.name);
     std::string meaning = rule == nullptr ? "" : rule->meaning;
-    if (column.name == "shape_index") meaning = "row of the shape in the dataset";
+    for (const stored::SharedRows& shared : stored::shared_rows())
+      if (column.name == shared.column) meaning = shared.meaning;
     if (column.stored == "uint64") meaning += ", in decimal digits";
     text += table_line(
         {names_of(column), column.type == "text" ? "string" : column.type, column.unit, meaning});

@@ -17,13 +17,29 @@ namespace {
 /// Straight lines between so many keyframes stay within half a percent of a sine.
 constexpr int keys_of_swing = 32;
 
+constexpr const char* transmission_extension = "KHR_materials_transmission";
+
 ordered_json material_json(const GltfMaterial& material) {
   const Vec3& color = material.appearance.color;
-  return {{"name", material.name},
-          {"pbrMetallicRoughness",
-           {{"baseColorFactor", {color[0], color[1], color[2], 1.0}},
-            {"metallicFactor", material.appearance.metallic},
-            {"roughnessFactor", material.appearance.roughness}}}};
+  ordered_json json = {{"name", material.name},
+                       {"pbrMetallicRoughness",
+                        {{"baseColorFactor", {color[0], color[1], color[2], 1.0}},
+                         {"metallicFactor", material.appearance.metallic},
+                         {"roughnessFactor", material.appearance.roughness}}}};
+  if (material.appearance.transmission > 0) {
+    json["extensions"][transmission_extension] = {
+        {"transmissionFactor", material.appearance.transmission}};
+  }
+  return json;
+}
+
+void add_materials(GlbFile& file, const std::vector<GltfMaterial>& materials) {
+  bool clear = false;
+  for (const GltfMaterial& material : materials) {
+    file.document["materials"].push_back(material_json(material));
+    clear = clear || material.appearance.transmission > 0;
+  }
+  if (clear) file.document["extensionsUsed"].push_back(transmission_extension);
 }
 
 ordered_json primitives(GlbFile& file, const GltfObject& object) {
@@ -87,7 +103,7 @@ void add_audio(GlbFile& file, const GltfAudio& audio, const std::string& name) {
     model["material"] = 0;
   }
   extension["modalModels"] = ordered_json::array({model});
-  file.document["extensionsUsed"] = {audio_extension};
+  file.document["extensionsUsed"].push_back(audio_extension);
   file.document["extensions"][audio_extension] = extension;
   file.document["nodes"][0]["extensions"][audio_extension] = {{"modalModel", 0}};
 }
@@ -120,9 +136,7 @@ std::string gltf_bytes(const GltfObject& object) {
       {"nodes", {{{"mesh", 0}, {"name", object.name}}}},
       {"meshes", ordered_json::array({mesh})},
       {"materials", ordered_json::array()}};
-  for (const GltfMaterial& material : object.materials) {
-    file.document["materials"].push_back(material_json(material));
-  }
+  add_materials(file, object.materials);
   if (!object.modes.empty()) file.document["animations"] = animations(file, object);
   if (object.audio) add_audio(file, *object.audio, object.name);
   return file.bytes();

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <map>
-#include <optional>
 
 #include "core/error.hpp"
 #include "core/files.hpp"
@@ -12,36 +11,38 @@
 #include "dataset/exporters/detail/tar_file.hpp"
 #include "dataset/exporters/export.hpp"
 #include "dataset/stored/sample_audio.hpp"
+#include "dataset/stored/shared_rows.hpp"
 
 namespace carillon::dataset::exporters {
 
 namespace {
 
-/// A column whose rows are written as arrays: of samples, or of the objects that they are of.
+/// A column whose rows are written as arrays: of samples, or of what they share.
 struct Array {
   std::string name;
   NpyRows rows;
-  bool of_objects = false;
+  std::vector<std::int64_t> row_of;  ///< of each sample; empty: as samples are numbered
 };
 
+[[noreturn]] void refuse_array(const core::Hdf5Group& index, const std::string& name) {
+  std::vector<std::string> there = index.names();
+  for (const stored::SharedRows& shared : stored::shared_rows()) {
+    if (!index.has(shared.column)) continue;
+    const std::vector<std::string> more = index.open_group(shared.group).names();
+    there.insert(there.end(), more.begin(), more.end());
+  }
+  throw core::InputError(fmt::format("the dataset has no \"{}\"", name),
+                         fmt::format("there are {}", fmt::join(there, ", ")));
+}
+
 std::vector<Array> open_arrays(const core::Hdf5Group& index,
-                               const std::optional<core::Hdf5Group>& objects,
                                const std::vector<std::string>& names) {
   std::vector<Array> arrays;
   for (const std::string& name : names) {
-    if (index.has(name) && !index.is_group(name)) {
-      arrays.push_back({name, NpyRows(index, name), false});
-    } else if (objects && objects->has(name)) {
-      arrays.push_back({name, NpyRows(*objects, name), true});
-    } else {
-      std::vector<std::string> there = index.names();
-      if (objects) {
-        const std::vector<std::string> more = objects->names();
-        there.insert(there.end(), more.begin(), more.end());
-      }
-      throw core::InputError(fmt::format("the dataset has no \"{}\"", name),
-                             fmt::format("there are {}", fmt::join(there, ", ")));
-    }
+    const stored::ArrayPlace place = stored::find_array(index, name);
+    if (place.path.empty()) refuse_array(index, name);
+    arrays.push_back({name, NpyRows(index, place.path), {}});
+    if (!place.column.empty()) arrays.back().row_of = index.read<std::int64_t>(place.column);
   }
   return arrays;
 }
@@ -73,13 +74,7 @@ std::vector<ExportedFile> write_web_dataset(const Export& task,
                                             const std::vector<std::string>& arrays,
                                             std::size_t per_shard) {
   const stored::SampleAudio audio(task.index);
-  std::optional<core::Hdf5Group> objects;
-  std::vector<std::int64_t> object_of;
-  if (task.index.has("shape_index")) {
-    objects = task.index.open_group("shapes");
-    object_of = task.index.read<std::int64_t>("shape_index");
-  }
-  const std::vector<Array> more = open_arrays(task.index, objects, arrays);
+  const std::vector<Array> more = open_arrays(task.index, arrays);
   const std::vector<Shard> shards = make_shards(task.rows, per_shard);
   std::vector<std::size_t> own_rows;
   for (std::size_t s = 0; s < shards.size(); ++s) {
@@ -98,7 +93,8 @@ std::vector<ExportedFile> write_web_dataset(const Export& task,
         tar.add(key + ".wav", core::wav_bytes(key, audio.read(row, 1).front(), audio.format()));
         tar.add(key + ".json", labels.next().dump());
         for (const Array& array : more) {
-          const auto entry = array.of_objects ? static_cast<std::uint64_t>(object_of[row]) : row;
+          const auto entry =
+              array.row_of.empty() ? row : static_cast<std::uint64_t>(array.row_of[row]);
           tar.add(key + "." + array.name + ".npy", array.rows.row(entry));
         }
       }

@@ -9,6 +9,7 @@
 
 #include "core/error.hpp"
 #include "core/files.hpp"
+#include "dataset/stored/shared_rows.hpp"
 #include "dataset/stored/stored_dataset.hpp"
 #include "mpi/folder_lock.hpp"
 
@@ -59,8 +60,8 @@ void require_whole(const fs::path& folder, const core::Hdf5Group& index,
   std::set<std::string> missing;
   add_missing(folder, index, "audio", missing);
   for (const std::string& array : arrays) {
-    add_missing(folder, index, array, missing);
-    if (index.has("shapes")) add_missing(folder, index.open_group("shapes"), array, missing);
+    const std::string path = stored::find_array(index, array).path;
+    if (!path.empty()) add_missing(folder, index, path, missing);
   }
   if (!missing.empty()) {
     std::vector<std::string> named(missing.begin(), missing.end());

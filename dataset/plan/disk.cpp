@@ -28,8 +28,8 @@ SampleBytes sample_bytes(const configuration::BuildConfig& config) {
                 (audio.dtype == core::SampleFormat::int16 ? 2 : 4);
   if (config.wav) bytes.wav = bytes.audio;
   if (config.mel) {
-    bytes.mel =
-        rows * 4.0 * config.mel->bands * synth::signal::mel_frames(audio.samples(), *config.mel);
+    const synth::signal::MelExtent mel = synth::signal::mel_extent(audio.samples(), *config.mel);
+    bytes.mel = rows * 4.0 * mel.bands * mel.frames;
   }
   if (config.motion) add_simulation(config, bytes);
   return bytes;

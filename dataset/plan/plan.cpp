@@ -344,6 +344,27 @@ BuildPlan make_plan(const configuration::BuildConfig& config, const FindMeshes& 
   return plan;
 }
 
+std::vector<std::string> pictured_materials(const Shape& shape) {
+  std::vector<std::string> names;
+  for (const Variant& variant : shape.variants) {
+    if (!variant.sounds) continue;
+    if (std::find(names.begin(), names.end(), variant.material) == names.end())
+      names.push_back(variant.material);
+  }
+  return names;
+}
+
+std::size_t pictures(const BuildPlan& plan) {
+  std::size_t count = 0;
+  for (const Shape& shape : plan.shapes) count += pictured_materials(shape).size();
+  return count;
+}
+
+std::string picture_name(const Shape& shape, const std::string& material, std::size_t view) {
+  const std::string number = view == 0 ? "" : fmt::format(".{}", view + 1);
+  return fmt::format("pictures/{}.{}{}.png", shape.id, core::file_safe(material), number);
+}
+
 std::vector<std::size_t> shapes_of(const BuildPlan& plan, const Sample& sample) {
   for (const BuildTask& task : plan.tasks) {
     if (task.kind == TaskKind::samples && !task.cast.empty()) return task.cast;
@@ -369,6 +390,7 @@ std::string fingerprint(const configuration::BuildConfig& config, const BuildPla
     hash.add(fmt::format("{} {} {}\n", m.name,
                          fmt::join(solvers::elements::identity_of(m.elastic), " "),
                          identity_of(m.damping)));
+    if (m.appearance) hash.add(render::looks::to_json(*m.appearance).dump());
   }
   for (const scene::GivenStrike& s : config.scene.strikes.given) {
     const Vec3 direction = s.direction.value_or(Vec3::Zero());

@@ -100,6 +100,14 @@ using FindMeshes = std::function<std::vector<FoundMesh>(std::size_t)>;
 /// @throws InputError, FileError  a pattern matches nothing, two shapes share a name
 BuildPlan make_plan(const configuration::BuildConfig& config, const FindMeshes& find = {});
 
+/// Materials that a shape is drawn in: those that it sounds in, in the order of its variants.
+std::vector<std::string> pictured_materials(const Shape& shape);
+/// The same of all shapes of a plan: frames of each view.
+std::size_t pictures(const BuildPlan& plan);
+/// Path of a picture in the output folder: pictures/SHAPE.MATERIAL.png, and
+/// pictures/SHAPE.MATERIAL.2.png of its second view.
+std::string picture_name(const Shape& shape, const std::string& material, std::size_t view);
+
 /// Shapes whose modes a sample is made from.
 std::vector<std::size_t> shapes_of(const BuildPlan& plan, const Sample& sample);
 

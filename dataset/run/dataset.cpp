@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
 
 #include "core/files.hpp"
@@ -36,17 +37,37 @@ void copy_text_attribute(const Hdf5Group& from, const Hdf5Group& to, const std::
   to.write_attribute(attribute, from.text_attribute(attribute, object), object);
 }
 
-/// Arrays of objects: one row per shape that has samples. Returns the row of each shape.
-std::map<std::size_t, std::int64_t> write_shapes(const Hdf5Group& index,
-                                                 const plan::BuildPlan& plan,
-                                                 const std::vector<std::size_t>& done,
-                                                 const samples::BuildFolders& folders,
-                                                 JoinedFiles& joined) {
-  std::map<std::size_t, std::int64_t> rows;
+/// Rows of the index beside those of samples, by shape.
+struct ObjectRows {
+  std::map<std::size_t, std::int64_t> shapes;       ///< in `shapes/`
+  std::map<std::size_t, std::int64_t> appearances;  ///< the first in `appearances/`; empty: none
+};
+
+/// Frames of objects: one row per shape and material that it is drawn in.
+void write_appearances(const Hdf5Group& index, const plan::BuildPlan& plan,
+                       const std::vector<std::size_t>& shapes, const samples::BuildFolders& folders,
+                       const std::vector<std::string>& files, JoinedFiles& joined,
+                       ObjectRows& rows) {
+  std::vector<std::string> names;
+  for (const std::size_t s : shapes) {
+    rows.appearances[s] = static_cast<std::int64_t>(names.size());
+    names.resize(names.size() + plan::pictured_materials(plan.shapes[s]).size(), plan.shapes[s].id);
+  }
+  index.create_group("appearances").write<std::string>("shape", names, {names.size()});
+  for (const std::string& name : appearance_arrays()) join(index, name, folders, files, joined);
+}
+
+/// Arrays of objects: one row per shape that has samples.
+ObjectRows write_shapes(const Hdf5Group& index, const plan::BuildPlan& plan,
+                        const std::vector<std::size_t>& done, const samples::BuildFolders& folders,
+                        JoinedFiles& joined) {
+  ObjectRows rows;
+  std::vector<std::size_t> shapes;
   std::vector<std::string> names, families, splits, files;
   for (const std::size_t t : done) {
     for (const std::size_t s : plan.tasks[t].needs()) {
-      if (!rows.emplace(s, static_cast<std::int64_t>(rows.size())).second) continue;
+      if (!rows.shapes.emplace(s, static_cast<std::int64_t>(shapes.size())).second) continue;
+      shapes.push_back(s);
       names.push_back(plan.shapes[s].id);
       families.push_back(plan.shapes[s].family);
       splits.push_back(plan.shapes[s].split_shape);
@@ -62,7 +83,33 @@ std::map<std::size_t, std::int64_t> write_shapes(const Hdf5Group& index,
   for (const std::string& name : object_arrays()) {
     if (first.has(name)) join(group, name, folders, files, joined);
   }
+  if (first.has(appearance_arrays().back()))
+    write_appearances(index, plan, shapes, folders, files, joined, rows);
   return rows;
+}
+
+/// Of samples that are of one object each: their rows in `shapes/` and in `appearances/`.
+void write_places(const Hdf5Group& index, const plan::BuildPlan& plan,
+                  const std::vector<std::size_t>& done, const ObjectRows& rows) {
+  std::vector<std::int64_t> of_shape, of_appearance;
+  for (const std::size_t t : done) {
+    const plan::BuildTask& task = plan.tasks[t];
+    of_shape.insert(of_shape.end(), task.count, rows.shapes.at(task.shape));
+    if (rows.appearances.empty()) continue;
+    const plan::Shape& shape = plan.shapes[task.shape];
+    const std::vector<std::string> materials = plan::pictured_materials(shape);
+    for (std::size_t i = task.first; i < task.first + task.count; ++i) {
+      const std::string& own = shape.variants[plan.samples[i].variant].material;
+      const auto at = std::find(materials.begin(), materials.end(), own) - materials.begin();
+      of_appearance.push_back(rows.appearances.at(task.shape) + at);
+    }
+  }
+  const auto write = [&](const std::string& name, const std::vector<std::int64_t>& values) {
+    index.write<std::int64_t>(name, values, {values.size()});
+    index.write_attribute("unit", "1", name);
+  };
+  write("shape_index", of_shape);
+  if (!rows.appearances.empty()) write("appearance_index", of_appearance);
 }
 
 }  // namespace
@@ -82,15 +129,9 @@ void write_index(const configuration::BuildConfig& config, const plan::BuildPlan
       copy_text_attribute(first, index, "unit", name);
     }
     if (config.mel) samples::write_mel_attributes(*config.mel, index);
-    const auto rows = write_shapes(index, plan, done, folders, joined);
-    if (!config.motion) {  // a simulation is of several shapes, which its `objects` name
-      std::vector<std::int64_t> shape_index;
-      for (const std::size_t t : done) {
-        shape_index.insert(shape_index.end(), plan.tasks[t].count, rows.at(plan.tasks[t].shape));
-      }
-      index.write<std::int64_t>("shape_index", shape_index, {shape_index.size()});
-      index.write_attribute("unit", "1", "shape_index");
-    }
+    const ObjectRows rows = write_shapes(index, plan, done, folders, joined);
+    // A simulation is of several shapes, which its `bodies` name.
+    if (!config.motion) write_places(index, plan, done, rows);
     index.flush();
   });
 }

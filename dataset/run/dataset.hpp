@@ -11,7 +11,8 @@
 namespace carillon::dataset::run {
 
 /// Writes index.h5: every sample of the given tasks in plan order, arrays joined as virtual
-/// datasets, texts copied; `shapes/` holds what belongs to objects, and `shape_index` points there.
+/// datasets, texts copied; `shapes/` holds what belongs to objects, `appearances/` their frames in
+/// each material; `shape_index` and `appearance_index` point there.
 /// @param done    indices of finished samples tasks, ascending
 /// @param target  the file; what it joins it names from folders.output
 /// @param joined  of folders.output: files that it knows are not read again, but for the first

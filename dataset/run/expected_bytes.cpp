@@ -98,15 +98,19 @@ double modes_bytes(const ExpectedShape& shape) {
   return bytes;
 }
 
-void add_views(const configuration::BuildConfig& config, double shapes, ExpectedBytes& bytes) {
+void add_views(const configuration::BuildConfig& config, const plan::BuildPlan& plan,
+               ExpectedBytes& bytes) {
+  const auto shapes = static_cast<double>(plan.shapes.size());
   constexpr double dataset = 5e3, voxel = 0.7, pixel = 0.05, png_pixel = 0.048;
   if (config.voxels) {
-    const double surface = std::pow(config.voxels->resolution, 2);
+    const double surface = config.voxels->turns * std::pow(config.voxels->resolution, 2);
     bytes.voxels = shapes * (dataset + voxel * surface);
   }
-  if (!config.camera) return;
-  const double values = 3.0 * config.camera->width * config.camera->height;
-  bytes.pictures = shapes * (dataset + (pixel + (config.png ? png_pixel : 0)) * values);
+  if (config.cameras.empty()) return;
+  const render::Camera& camera = config.cameras.front();
+  const auto frames = static_cast<double>(plan::pictures(plan) * config.cameras.size());
+  const double values = 3.0 * camera.width * camera.height;
+  bytes.pictures = shapes * dataset + frames * (pixel + (config.png ? png_pixel : 0)) * values;
 }
 
 void add_shards(const configuration::BuildConfig& config, const plan::BuildPlan& plan,
@@ -132,7 +136,7 @@ void add_shards(const configuration::BuildConfig& config, const plan::BuildPlan&
 
   // The index copies texts, and names the shard of every other column's rows.
   constexpr double index_column = 500, source = 100, reference = 16;
-  const double of_objects = config.voxels ? (config.camera ? 4 : 3) : config.camera ? 1 : 0;
+  const double of_objects = (config.voxels ? 3 : 0) + (config.cameras.empty() ? 0 : 1);
   bytes.index = texts + reference * columns.texts * samples +
                 source * (columns.numbers + 3 + of_objects) * shards +
                 index_column * (all + 5 + of_objects);
@@ -148,7 +152,8 @@ void add_records(const configuration::BuildConfig& config, const plan::BuildPlan
   const auto samples = static_cast<double>(plan.samples.size());
   const auto tasks = static_cast<double>(plan.tasks.size());
   const double files =
-      tasks + (config.wav ? samples : 0) + (config.png && config.camera ? shapes : 0);
+      tasks + (config.wav ? samples : 0) +
+      (config.png ? static_cast<double>(plan::pictures(plan) * config.cameras.size()) : 0);
   double variants = 0;
   for (const plan::Shape& one : plan.shapes) variants += static_cast<double>(one.variants.size());
   bytes.records = fixed + 2 * static_cast<double>(config.resolved.size()) +
@@ -168,7 +173,7 @@ ExpectedBytes expected_bytes(const LoadedBuild& build) {
   ExpectedBytes bytes;
   for (const ExpectedShape& shape : expected_shapes(build.config, build.plan))
     bytes.modes += modes_bytes(shape);
-  add_views(build.config, static_cast<double>(build.plan.shapes.size()), bytes);
+  add_views(build.config, build.plan, bytes);
   add_shards(build.config, build.plan, bytes);
   add_records(build.config, build.plan, bytes);
   return bytes;

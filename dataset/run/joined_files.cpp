@@ -14,7 +14,9 @@ namespace {
 JoinedFile read_joined(const std::filesystem::path& path, bool of_object) {
   JoinedFile joined;
   const core::Hdf5Group file = core::Hdf5Group::open_file(path);
-  for (const std::string& name : of_object ? object_arrays() : file.names()) {
+  std::vector<std::string> names = of_object ? object_arrays() : file.names();
+  if (of_object) names.insert(names.end(), appearance_arrays().begin(), appearance_arrays().end());
+  for (const std::string& name : names) {
     if (of_object && !file.has(name)) continue;
     if (!file.is_text(name)) {
       joined.rows[name] = file.extent(name).front();
@@ -39,7 +41,12 @@ const T& found(const std::map<std::string, T>& columns, const std::filesystem::p
 }  // namespace
 
 const std::vector<std::string>& object_arrays() {
-  static const std::vector<std::string> names{"voxels", "voxel_pitch", "voxel_origin", "frame"};
+  static const std::vector<std::string> names{"voxels", "voxel_pitch", "voxel_origin"};
+  return names;
+}
+
+const std::vector<std::string>& appearance_arrays() {
+  static const std::vector<std::string> names{"appearances/material", "appearances/frame"};
   return names;
 }
 

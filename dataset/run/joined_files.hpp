@@ -22,8 +22,8 @@ class JoinedFiles {
   /// @param folder  of the dataset, which paths are relative to
   explicit JoinedFiles(std::filesystem::path folder) : folder_(std::move(folder)) {}
 
-  /// Opens the file when it is asked for the first time. Its arrays are those of its root, or the
-  /// objects' arrays of a modes file.
+  /// Opens the file when it is asked for the first time. Its arrays are those of its root, or of a
+  /// modes file the objects' and appearances'.
   /// @throws FileError
   const JoinedFile& of(const std::string& file);
   /// Rows of an array. @throws FileError  the file cannot be read or has none of that name
@@ -41,5 +41,7 @@ class JoinedFiles {
 
 /// Arrays of a modes file that the index joins: what belongs to the object as a whole.
 const std::vector<std::string>& object_arrays();
+/// Those that have a row for each material that the object is drawn in.
+const std::vector<std::string>& appearance_arrays();
 
 }  // namespace carillon::dataset::run

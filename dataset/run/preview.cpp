@@ -41,7 +41,8 @@ const plan::Sample& find_sample(const plan::BuildPlan& plan, const std::string& 
 }
 
 /// Grey picture of a spectrogram, 80 dB below its maximum black, low bands at the bottom.
-core::Image spectrogram_picture(const std::vector<float>& mel, int bands, int frames) {
+core::Image spectrogram_picture(const std::vector<float>& mel, synth::signal::MelExtent extent) {
+  const auto [bands, frames] = extent;
   constexpr int scale = 6;
   constexpr double floor_db = -80;
   const float top = std::max(1e-30f, *std::max_element(mel.begin(), mel.end()));
@@ -64,9 +65,15 @@ void show_all(configuration::BuildConfig& config) {
   if (!config.mel) {
     config.mel = synth::signal::MelOptions{.sample_rate = config.scene.audio.sample_rate};
   }
-  if (!config.camera) config.camera = render::Camera{};
+  if (config.cameras.empty()) config.cameras = {render::Camera{}};
   if (config.motion && config.motion->camera) config.motion->camera->movie = true;
   config.png = true;
+}
+
+/// Of objects that are struck, the sample's own material is the one that is drawn.
+void draw_only(const plan::Sample& sample, plan::Shape& shape) {
+  const std::string material = shape.variants[sample.variant].material;
+  for (plan::Variant& variant : shape.variants) variant.sounds = variant.material == material;
 }
 
 void write_sound(const configuration::BuildConfig& config, const samples::SampleResult& result,
@@ -75,9 +82,8 @@ void write_sound(const configuration::BuildConfig& config, const samples::Sample
   const std::size_t count = config.scene.audio.samples();
   const std::vector<float> mel =
       synth::signal::MelSpectrogram(*config.mel)(std::span(result.sound.audio).first(count));
-  core::write_png(
-      folder / "spectrogram.png",
-      spectrogram_picture(mel, config.mel->bands, synth::signal::mel_frames(count, *config.mel)));
+  core::write_png(folder / "spectrogram.png",
+                  spectrogram_picture(mel, synth::signal::mel_extent(count, *config.mel)));
 }
 
 }  // namespace
@@ -91,6 +97,7 @@ Preview preview_sample(LoadedBuild& build, const std::string& name,
   }
   show_all(build.config);
   const plan::Sample& sample = find_sample(build.plan, name);
+  if (!build.config.motion) draw_only(sample, build.plan.shapes[sample.shape]);
   const samples::BuildFolders folders{output, cache};
   core::Trace trace;
   // Nobody reads what it would write, but it ends what hangs, as in a build.

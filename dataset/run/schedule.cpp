@@ -31,7 +31,7 @@ void add_files(const LoadedBuild& build, FileCounts& files) {
   files.modes += plan.shapes.size();
   files.shards += shards;
   files.wav += wav;
-  files.png += build.config.png && build.config.camera ? plan.shapes.size() : 0;
+  if (build.config.png) files.png += plan::pictures(plan) * build.config.cameras.size();
   files.others +=
       8;  // index, dataset, croissant, failures, warnings, configuration, journal, trace
   files.shard_bytes += bytes * static_cast<double>(plan.samples.size());

@@ -8,8 +8,8 @@
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "core/hdf5.hpp"
-#include "core/image.hpp"
 #include "core/storage_error.hpp"
+#include "dataset/samples/detail/object_views.hpp"
 #include "dataset/samples/detail/tuned_sets.hpp"
 #include "dataset/samples/shape_modes.hpp"
 #include "mpi/comm.hpp"
@@ -18,7 +18,6 @@
 #include "scene/turned_sets.hpp"
 #include "solvers/families/families.hpp"
 #include "solvers/mesh/mesh_warnings.hpp"
-#include "solvers/mesher/file_contents.hpp"
 #include "solvers/modes/modes_file.hpp"
 #include "synth/motion/convex_hull.hpp"
 
@@ -46,61 +45,6 @@ bool same_set(const std::vector<Elastic>& a, const std::vector<Elastic>& b) {
 /// inverse.
 double slowness(const Elastic& elastic, double size) {
   return size * std::sqrt(elastic.density / elastic.youngs_modulus);
-}
-
-/// The file's own colours at the vertices; none where it has none, or where they cannot be read: a
-/// picture is no reason for an object to fail.
-std::vector<Vec3> colours_of(const configuration::BuildConfig& config, const plan::Shape& shape,
-                             const solvers::mesh::SurfaceMesh& surface) {
-  if (shape.path.empty()) return {};
-  try {
-    return solvers::mesher::colours_in_child(shape.request.file, surface.vertices,
-                                             config.limits.mesh);
-  } catch (const core::Error& error) {
-    spdlog::warn("{}: its colours are left out: {}", shape.id, error.message());
-    return {};
-  }
-}
-
-void write_views(const configuration::BuildConfig& config, const plan::Shape& shape,
-                 const solvers::modes::ModeSurface& surface, const BuildFolders& folders,
-                 const core::Hdf5Group& file, core::Trace& trace,
-                 std::vector<std::string>& written) {
-  const solvers::mesh::SurfaceMesh flat = solvers::modes::flatten(surface);
-  const bool is_drawn = config.camera || (config.motion && config.motion->camera);
-  const std::vector<Vec3> colours =
-      is_drawn ? colours_of(config, shape, flat) : std::vector<Vec3>();
-  write_colours(file, colours);
-  if (config.voxels) {
-    const core::ScopedTimer timer(trace.effects["voxels"]);
-    const render::VoxelGrid grid = render::voxelize(flat, *config.voxels);
-    const auto n = static_cast<std::uint64_t>(grid.resolution);
-    file.write<std::uint8_t>("voxels", grid.cells, {1, n, n, n}, {.chunk_rows = 1, .deflate = 4});
-    file.write_attribute("pitch_m", grid.pitch, "voxels");
-    file.write<double>("voxel_pitch", std::vector<double>{grid.pitch}, {1});
-    file.write<double>("voxel_origin",
-                       std::vector<double>{grid.origin.x(), grid.origin.y(), grid.origin.z()},
-                       {1, 3});
-  }
-  if (config.camera) {
-    const core::ScopedTimer timer(trace.effects["frames"]);
-    const std::string& material = shape.variants.front().material;
-    render::Appearance appearance =
-        render::appearance_of(material, synth::material::group_of(material, config.own_materials));
-    appearance.colours = colours;
-    const core::Image image = render::render_frame(flat, *config.camera, appearance);
-    file.write<std::uint8_t>(
-        "frame", image.pixels,
-        {1, static_cast<std::uint64_t>(image.height), static_cast<std::uint64_t>(image.width),
-         static_cast<std::uint64_t>(image.channels)},
-        {.chunk_rows = 1, .deflate = 4});
-    if (config.png) {
-      const std::filesystem::path picture = std::filesystem::path("pictures") / (shape.id + ".png");
-      core::write_durably(folders.output / picture,
-                          [&](const std::filesystem::path& path) { core::write_png(path, image); });
-      written.push_back(picture.string());
-    }
-  }
 }
 
 /// The request that makes the mesh of a result: the first setting of a shape, or the one that a
@@ -423,7 +367,8 @@ ModesTaskResult run_modes_task(const configuration::BuildConfig& config, const p
       }
       if (is_tuned(shape)) write_tuned_sizes(file, shape);
       if (config.motion) write_body(config, shape, made.mesh.mesh, folders, file, trace);
-      write_views(config, shape, modes.front().surface, folders, file, trace, result.written);
+      write_views(config, shape, made.mesh.mesh.region_names, modes.front().surface, folders, file,
+                  trace, result.written);
       file.flush();
     });
     result.written.push_back(

@@ -77,8 +77,9 @@ void add_mel(const configuration::BuildConfig& config, const synth::signal::MelS
     const std::vector<float> one = mel(std::span(result.sound.audio).subspan(from, samples));
     all.insert(all.end(), one.begin(), one.end());
   }
-  const auto bands = static_cast<std::uint64_t>(config.mel->bands);
-  const auto frames = static_cast<std::uint64_t>(synth::signal::mel_frames(samples, *config.mel));
+  const synth::signal::MelExtent extent = synth::signal::mel_extent(samples, *config.mel);
+  const auto bands = static_cast<std::uint64_t>(extent.bands);
+  const auto frames = static_cast<std::uint64_t>(extent.frames);
   const auto listeners = static_cast<std::uint64_t>(config.scene.rows());
   columns.add<float>(
       "mel", all,

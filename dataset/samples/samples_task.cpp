@@ -23,6 +23,7 @@ void write_mel_attributes(const synth::signal::MelOptions& mel, const core::Hdf5
   file.write_attribute("padding", "centred, zeros", "mel");
   file.write_attribute("fft_size", static_cast<std::int64_t>(mel.fft_size), "mel");
   file.write_attribute("hop", static_cast<std::int64_t>(mel.hop), "mel");
+  file.write_attribute("computed_bands", static_cast<std::int64_t>(mel.bands), "mel");
   file.write_attribute("min_frequency_hz", mel.min_frequency, "mel");
   file.write_attribute("max_frequency_hz", mel.max_frequency, "mel");
 }

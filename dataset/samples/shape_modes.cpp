@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "core/hdf5.hpp"
+#include "core/random.hpp"
 #include "dataset/samples/detail/tuned_sets.hpp"
 #include "solvers/modes/modes_file.hpp"
 
@@ -48,6 +49,15 @@ std::vector<Vec3> read_colours(const core::Hdf5Group& file) {
 }
 
 }  // namespace
+
+render::looks::Appearance appearance_of(const plan::Shape& shape,
+                                        const synth::material::Material& material,
+                                        const std::vector<Vec3>& colours) {
+  render::looks::Appearance appearance = synth::material::appearance_of(material);
+  appearance.piece = core::stable_hash(shape.id);
+  appearance.colours = colours;
+  return appearance;
+}
 
 void write_colours(const core::Hdf5Group& file, const std::vector<Vec3>& colours) {
   if (colours.empty()) return;

@@ -48,6 +48,12 @@ std::vector<double> read_pitch_errors(const core::Hdf5Group& file);
 /// Writes the pieces as `hulls/points` [n, 3] and `hulls/first` [pieces + 1].
 void write_hulls(const core::Hdf5Group& file, const std::vector<std::vector<Vec3>>& hulls);
 
+/// What a shape of a material is drawn with: the material's looks, a piece of it that is the
+/// shape's own, and the colours of the shape's file.
+render::looks::Appearance appearance_of(const plan::Shape& shape,
+                                        const synth::material::Material& material,
+                                        const std::vector<Vec3>& colours);
+
 /// Writes `colours` [vertices, 3]; nothing where there are none.
 void write_colours(const core::Hdf5Group& file, const std::vector<Vec3>& colours);
 

@@ -106,6 +106,8 @@ std::vector<std::string> find_inputs(const StoredDataset& dataset) {
   }
   core::ConfigNode noise = root.child("noise");
   if (noise.has("folder")) add_if("noise.folder", noise.text("folder"), false);
+  core::ConfigNode room = root.child("room");
+  if (room.has("responses")) add_if("room.responses", room.text("responses"), false);
   return overrides;
 }
 

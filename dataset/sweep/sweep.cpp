@@ -19,14 +19,13 @@ using Kind = ConfigTree::Kind;
 
 namespace {
 
-/// A swept key and what it takes.
+/// A swept key, where it stands, and what it takes.
 struct SweptKey {
   std::string name;
-  std::string shown;                ///< where it is written, from the root
-  std::vector<SweepValue> values;   ///< empty for a continuous range
-  std::vector<std::string> places;  ///< of the values
-  std::optional<SweepRange> range;
+  std::string shown;  ///< where it is written, from the root
   std::string place;
+  SweepAxis axis{};
+  std::vector<std::string> places{};  ///< of the values
 };
 
 /// Whether `inner` is `outer` itself or lies within it: room.rt60 in room, objects[0] in objects.
@@ -45,7 +44,7 @@ void add_value(SweptKey& key, const ConfigTree& item, const std::string& label,
                const std::string& file_name) {
   if (item.kind == Kind::nothing) refuse(key, "has an empty value", "write one, or leave it out");
   const std::string text = flow_text(item);
-  key.values.push_back({text, label.empty() ? text : label});
+  key.axis.values.push_back({text, label.empty() ? text : label});
   key.places.push_back(item.place.text(file_name));
 }
 
@@ -66,14 +65,14 @@ void read_mapping(SweptKey& key, const ConfigTree& value, ConfigNode node,
         key, "a list of values, a range {from, to, count} or {named: {name: value}} is wanted",
         "keys are dotted, as in modes.order: [2, 3]; a value that is a mapping stands in a list");
   }
-  key.range = read_range(std::move(node));
-  key.values = values_of(*key.range);
-  key.places.assign(key.values.size(), value.place.text(file_name));
+  key.axis.range = read_range(std::move(node));
+  key.axis.values = values_of(*key.axis.range);
+  key.places.assign(key.axis.values.size(), value.place.text(file_name));
 }
 
 SweptKey read_key(const core::ConfigEntry& entry, ConfigNode& keys, const std::string& file_name,
                   const SweepPlace& place, bool random) {
-  SweptKey key{place.prefix + entry.key,       place.text() + ".keys." + entry.key, {}, {}, {},
+  SweptKey key{place.prefix + entry.key, place.text() + ".keys." + entry.key,
                entry.key_place.text(file_name)};
   const ConfigTree& value = entry.value;
   if (value.kind == Kind::mapping) {
@@ -83,9 +82,9 @@ SweptKey read_key(const core::ConfigEntry& entry, ConfigNode& keys, const std::s
   } else {
     add_value(key, value, "", file_name);
   }
-  const bool continuous = key.range && key.range->continuous();
+  const bool continuous = key.axis.range && key.axis.range->continuous();
   if (continuous && !random) refuse(key, "a range without count or step is for `mode: random`");
-  if (key.values.empty() && !continuous) refuse(key, "has no values");
+  if (key.axis.values.empty() && !continuous) refuse(key, "has no values");
   return key;
 }
 
@@ -120,8 +119,8 @@ std::vector<Row> grid(const std::vector<SweptKey>& keys, const ConfigNode& node)
   std::size_t product = 1;
   std::string factors;
   for (const SweptKey& key : keys) {
-    factors += (factors.empty() ? "" : " x ") + std::to_string(key.values.size());
-    product = product > max_variants ? product : product * key.values.size();
+    factors += (factors.empty() ? "" : " x ") + std::to_string(key.axis.values.size());
+    product = product > max_variants ? product : product * key.axis.values.size();
   }
   if (product > max_variants) {
     node.fail("keys", fmt::format("{} are more than {} variants", factors, max_variants),
@@ -131,7 +130,7 @@ std::vector<Row> grid(const std::vector<SweptKey>& keys, const ConfigNode& node)
   for (const SweptKey& key : keys) {
     std::vector<Row> longer;
     for (const Row& row : rows) {
-      for (const SweepValue& value : key.values) {
+      for (const SweepValue& value : key.axis.values) {
         longer.push_back(row);
         longer.back().push_back(value);
       }
@@ -142,33 +141,31 @@ std::vector<Row> grid(const std::vector<SweptKey>& keys, const ConfigNode& node)
 }
 
 std::vector<Row> zip(const std::vector<SweptKey>& keys) {
-  std::vector<Row> rows(keys.front().values.size());
+  std::vector<Row> rows(keys.front().axis.values.size());
   if (rows.size() > max_variants) refuse(keys.front(), "has more values than a sweep may have");
   for (const SweptKey& key : keys) {
-    if (key.values.size() != rows.size()) {
+    if (key.axis.values.size() != rows.size()) {
       refuse(key,
-             fmt::format("has {} values and {} has {}", key.values.size(), keys.front().name,
+             fmt::format("has {} values and {} has {}", key.axis.values.size(), keys.front().name,
                          rows.size()),
              "a zip takes the first of every key, then the second, and so on; `mode: grid` takes "
              "every combination");
     }
-    for (std::size_t i = 0; i < rows.size(); ++i) rows[i].push_back(key.values[i]);
+    for (std::size_t i = 0; i < rows.size(); ++i) rows[i].push_back(key.axis.values[i]);
   }
   return rows;
 }
 
-std::vector<Row> random_rows(const std::vector<SweptKey>& keys, ConfigNode& node) {
-  const auto count =
-      static_cast<std::size_t>(node.integer("count", 1, static_cast<std::int64_t>(max_variants)));
-  const auto seed = static_cast<std::uint64_t>(
-      node.integer("seed", 0, std::numeric_limits<std::int64_t>::max(), 0));
+std::vector<Row> random_rows(const std::vector<SweptKey>& keys, const Sweep& sweep,
+                             const ConfigNode& node) {
+  const auto count = static_cast<std::size_t>(sweep.count);
   std::vector<Row> rows;
   std::set<Row> seen;
   const auto tries = static_cast<std::int64_t>(100 * count);
   for (std::int64_t draw = 0; draw < tries && rows.size() < count; ++draw) {
     Row row;
     for (const SweptKey& key : keys) {
-      row.push_back(draw_value(key.values, key.range, seed, key.name, draw));
+      row.push_back(draw_value(key.axis.values, key.axis.range, sweep.seed, key.name, draw));
     }
     if (seen.insert(row).second) rows.push_back(std::move(row));
   }
@@ -180,14 +177,14 @@ std::vector<Row> random_rows(const std::vector<SweptKey>& keys, ConfigNode& node
 }
 
 /// Last part of each key, where no two have the same.
-std::vector<std::string> short_names(const std::vector<SweptKey>& keys) {
+std::vector<std::string> short_names(const std::vector<std::string>& keys) {
   const auto last_part = [](const std::string& key) { return key.substr(key.rfind('.') + 1); };
   std::multiset<std::string> parts;
-  for (const SweptKey& key : keys) parts.insert(last_part(key.name));
+  for (const std::string& key : keys) parts.insert(last_part(key));
   std::vector<std::string> names;
-  for (const SweptKey& key : keys) {
-    const std::string part = last_part(key.name);
-    names.push_back(parts.count(part) == 1 ? part : key.name);
+  for (const std::string& key : keys) {
+    const std::string part = last_part(key);
+    names.push_back(parts.count(part) == 1 ? part : key);
   }
   return names;
 }
@@ -214,6 +211,16 @@ std::string folder_of(const std::vector<std::string>& names, const SweepVariant&
   return fmt::format("{}-{:08x}", folder.substr(0, longest), core::stable_hash(whole) >> 32);
 }
 
+SweepVariant variant_of(const std::vector<std::string>& keys, const Row& row) {
+  SweepVariant variant;
+  for (std::size_t k = 0; k < keys.size(); ++k) {
+    variant.values.push_back(row[k].label);
+    variant.overrides.push_back(keys[k] + "=" + row[k].text);
+  }
+  variant.folder = folder_of(short_names(keys), variant);
+  return variant;
+}
+
 }  // namespace
 
 std::string SweepPlace::text() const {
@@ -233,19 +240,23 @@ std::optional<Sweep> read_sweep(const std::string& text, const std::string& file
     node = node.child(key);
   }
   Sweep sweep;
-  sweep.mode = node.choice("mode", {"grid", "zip", "random"}, "grid");
+  std::vector<std::string> modes = {"grid", "zip", "random"};
+  if (place.is_search) modes.emplace_back("parzen");
+  sweep.mode = node.choice("mode", modes, "grid");
+  const bool draws = sweep.mode == "random" || sweep.mode == "parzen";
   node.leave_alone({"keys"});
   node.leave_alone(place.others);
-  if (sweep.mode == "random") {
-    node.integer("count", 1, static_cast<std::int64_t>(max_variants));
-    node.integer("seed", 0, std::numeric_limits<std::int64_t>::max(), 0);
+  if (draws) {
+    sweep.count = node.integer("count", 1, static_cast<std::int64_t>(max_variants));
+    sweep.seed = static_cast<std::uint64_t>(
+        node.integer("seed", 0, std::numeric_limits<std::int64_t>::max(), 0));
   }
   node.finish();
   ConfigNode keys_node = node.child("keys");
   std::vector<SweptKey> keys;
   if (const core::ConfigEntry* listed = found->value.find("keys")) {
     for (const core::ConfigEntry& entry : listed->value.entries) {
-      keys.push_back(read_key(entry, keys_node, file_name, place, sweep.mode == "random"));
+      keys.push_back(read_key(entry, keys_node, file_name, place, draws));
     }
   }
   if (keys.empty()) {
@@ -253,26 +264,24 @@ std::optional<Sweep> read_sweep(const std::string& text, const std::string& file
   }
   refuse_lost(keys, overrides, place.text());
 
-  const std::vector<Row> rows = sweep.mode == "grid"  ? grid(keys, node)
-                                : sweep.mode == "zip" ? zip(keys)
-                                                      : random_rows(keys, node);
   for (const SweptKey& key : keys) {
     sweep.keys.push_back(key.name);
-    for (std::size_t i = 0; i < key.values.size(); ++i) {
-      sweep.places.emplace(key.name + "=" + key.values[i].text, key.places[i]);
+    sweep.axes.push_back(key.axis);
+    for (std::size_t i = 0; i < key.axis.values.size(); ++i) {
+      sweep.places.emplace(key.name + "=" + key.axis.values[i].text, key.places[i]);
     }
   }
-  const std::vector<std::string> names = short_names(keys);
+  if (sweep.mode == "parzen") return sweep;
+  const std::vector<Row> rows = sweep.mode == "grid"  ? grid(keys, node)
+                                : sweep.mode == "zip" ? zip(keys)
+                                                      : random_rows(keys, sweep, node);
   std::set<std::string> folders;
   for (const Row& row : rows) {
-    SweepVariant variant;
+    SweepVariant variant = variant_of(sweep.keys, row);
+    // Drawn numbers were not written anywhere; their range was.
     for (std::size_t k = 0; k < keys.size(); ++k) {
-      variant.values.push_back(row[k].label);
-      variant.overrides.push_back(keys[k].name + "=" + row[k].text);
-      // Drawn numbers were not written anywhere; their range was.
-      sweep.places.emplace(variant.overrides.back(), keys[k].place);
+      sweep.places.emplace(variant.overrides[k], keys[k].place);
     }
-    variant.folder = folder_of(names, variant);
     if (!folders.insert(variant.folder).second) {
       node.fail("keys", fmt::format("the variant {} comes twice", variant.folder),
                 "each value stands once");
@@ -280,6 +289,16 @@ std::optional<Sweep> read_sweep(const std::string& text, const std::string& file
     sweep.variants.push_back(std::move(variant));
   }
   return sweep;
+}
+
+SweepVariant variant_at(const Sweep& sweep, const std::vector<double>& place) {
+  Row row;
+  for (std::size_t k = 0; k < sweep.axes.size(); ++k) {
+    const SweepAxis& axis = sweep.axes[k];
+    row.push_back(axis.values.empty() ? value_between(*axis.range, place[k])
+                                      : axis.values[static_cast<std::size_t>(place[k])]);
+  }
+  return variant_of(sweep.keys, row);
 }
 
 }  // namespace carillon::dataset::sweep

@@ -139,7 +139,8 @@ SoundStudy read_sound_study(
   }
   study.without_room =
       node.child("scene").has("room")
-          ? changed_scene({"sound.scene.effects.room=off", "sound.scene.effects.tail=off"})
+          ? changed_scene({"sound.scene.effects.room=off", "sound.scene.effects.tail=off",
+                           "sound.scene.effects.response=off"})
           : scene;
   study.object.solve.band.max_frequency =
       std::min(20000.0, study.without_room.audio.sample_rate / 2);

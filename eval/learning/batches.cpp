@@ -38,27 +38,32 @@ std::vector<std::uint32_t> rows_of_rank(const std::vector<std::uint32_t>& rows, 
   return own;
 }
 
-BatchReader::BatchReader(SampleSource& source, const LabelledSamples& samples,
-                         std::vector<Modality> modalities, std::vector<std::uint32_t> rows,
-                         double memory)
+BatchReader::BatchReader(SampleSource& source, const LabelledSamples& samples, const Method& method,
+                         std::vector<std::uint32_t> rows, double memory)
     : source_(source),
       samples_(samples),
-      modalities_(std::move(modalities)),
+      modalities_(method.modalities),
+      spectrogram_(method.spectrogram),
       rows_(std::move(rows)),
-      objects_(modalities_.size()) {
-  std::set<std::uint32_t> named;
-  for (const std::uint32_t row : rows_) named.insert(samples_.objects[row]);
-  object_entries_.assign(named.begin(), named.end());
-  double row_bytes = 1, object_bytes = 0;
-  for (const Modality modality : modalities_) {
-    const ModalityLayout layout = require_layout(source, modality);
+      shared_(modalities_.size()) {
+  double row_bytes = 1;
+  for (std::size_t s = 0; s < modalities_.size(); ++s) {
+    const ModalityLayout layout = require_layout(source, modalities_[s]);
     layouts_.push_back(layout);
-    const double value_bytes = is_kept_as_halves(modality) ? 2 : 4;
-    (layout.of_objects ? object_bytes : row_bytes) +=
-        static_cast<double>(values_in(layout.extent)) * value_bytes;
+    const double bytes = static_cast<double>(values_in(layout.extent)) *
+                         (is_kept_as_halves(modalities_[s]) ? 2 : 4);
+    if (!layout.shared) {
+      row_bytes += bytes;
+      continue;
+    }
+    Shared& shared = shared_[s];
+    shared.of_samples = source.entries_of(modalities_[s]);
+    std::set<std::uint32_t> named;
+    for (const std::uint32_t row : rows_) named.insert(shared.of_samples[row]);
+    shared.entries.assign(named.begin(), named.end());
+    // They are all there at once: samples of each lie anywhere.
+    memory -= bytes * static_cast<double>(shared.entries.size());
   }
-  // Objects are all there at once: samples of each lie anywhere.
-  memory -= object_bytes * static_cast<double>(object_entries_.size());
   const auto fitting = static_cast<std::size_t>(std::max(1.0, memory / row_bytes));
   // Two windows are there at a time: one in use, one coming.
   window_rows_ = fitting >= rows_.size()
@@ -99,26 +104,35 @@ BatchReader::Window BatchReader::load(std::vector<std::uint32_t> rows) {
   window.rows = std::move(rows);
   std::vector<bool> heard(window.rows.size(), true);
   for (std::size_t s = 0; s < modalities_.size(); ++s) {
-    window.values.push_back(layouts_[s].of_objects ? Values{} : load_values(s, window.rows, heard));
+    window.values.push_back(layouts_[s].shared ? Values{} : load_values(s, window.rows, heard));
+    if (modalities_[s] == Modality::spectrogram) spectrogram_.apply(window.values[s].floats);
   }
   window.silent = static_cast<std::size_t>(std::count(heard.begin(), heard.end(), false));
   return window;
 }
 
-void BatchReader::load_objects() {
+void BatchReader::load_shared() {
   for (std::size_t s = 0; s < modalities_.size(); ++s) {
-    const ModalityLayout& layout = layouts_[s];
-    if (!layout.of_objects || !objects_[s].empty()) continue;
-    const std::size_t each = values_in(layout.extent);
-    objects_[s].resize(object_entries_.size() * each);
-    for (std::size_t first = 0; first < object_entries_.size(); first += block_rows) {
+    Shared& shared = shared_[s];
+    if (!layouts_[s].shared || !shared.values.empty()) continue;
+    const std::size_t each = values_in(layouts_[s].extent), count = shared.entries.size();
+    shared.values.resize(count * each);
+    for (std::size_t first = 0; first < count; first += block_rows) {
       const auto entries =
-          std::span(object_entries_)
-              .subspan(first, std::min(block_rows, object_entries_.size() - first));
+          std::span(shared.entries).subspan(first, std::min(block_rows, count - first));
       source_.read(modalities_[s], entries,
-                   std::span(objects_[s]).subspan(first * each, entries.size() * each));
+                   std::span(shared.values).subspan(first * each, entries.size() * each));
     }
   }
+}
+
+/// What a sample shares with others of a modality.
+const float* BatchReader::shared_value(std::size_t modality, std::uint32_t row) const {
+  const Shared& shared = shared_[modality];
+  const auto at =
+      std::lower_bound(shared.entries.begin(), shared.entries.end(), shared.of_samples[row]) -
+      shared.entries.begin();
+  return shared.values.data() + static_cast<std::size_t>(at) * values_in(layouts_[modality].extent);
 }
 
 /// Blocks in random order, as many to a window as it holds.
@@ -142,7 +156,7 @@ void BatchReader::plan_windows(std::optional<std::uint64_t> order) {
 void BatchReader::begin(std::optional<std::uint64_t> order) {
   if (coming_.valid()) coming_.wait();
   coming_ = {};
-  load_objects();
+  load_shared();
   seed_ = order;
   window_number_ = 0;
   used_ = 0;
@@ -191,9 +205,6 @@ bool BatchReader::next(std::size_t size, Batch& batch) {
     const std::uint32_t row = window_->rows[at];
     batch.rows.push_back(row);
     batch.labels.push_back(samples_.label[row]);
-    const auto object = static_cast<std::size_t>(
-        std::lower_bound(object_entries_.begin(), object_entries_.end(), samples_.objects[row]) -
-        object_entries_.begin());
     for (std::size_t s = 0; s < modalities_.size(); ++s) {
       const std::size_t each = values_in(layouts_[s].extent);
       std::vector<float>& to = batch.modalities[s];
@@ -203,8 +214,8 @@ bool BatchReader::next(std::size_t size, Batch& batch) {
                   std::span(to).last(each));
         continue;
       }
-      const float* from = layouts_[s].of_objects ? objects_[s].data() + object * each
-                                                 : window_->values[s].floats.data() + at * each;
+      const float* from = layouts_[s].shared ? shared_value(s, row)
+                                             : window_->values[s].floats.data() + at * each;
       to.insert(to.end(), from, from + each);
     }
   }

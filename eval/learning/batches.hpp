@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "eval/learning/method.hpp"
 #include "eval/learning/sample_source.hpp"
 #include "eval/learning/task.hpp"
 
@@ -33,11 +34,12 @@ std::vector<std::uint32_t> rows_of_rank(const std::vector<std::uint32_t>& rows, 
 class BatchReader {
  public:
   /// @param rows    ascending
-  /// @param memory  for samples and the objects that they are of [B]; the latter are all held, and
+  /// @param memory  for samples and the entries that they share [B]; the latter are all held, and
   ///                the order of samples depends on whether all fit
+  /// @param method  whose modalities they are, scaled as it wants them
   /// @throws InputError  the source lacks a modality; says how to get it
-  BatchReader(SampleSource& source, const LabelledSamples& samples,
-              std::vector<Modality> modalities, std::vector<std::uint32_t> rows, double memory);
+  BatchReader(SampleSource& source, const LabelledSamples& samples, const Method& method,
+              std::vector<std::uint32_t> rows, double memory);
   ~BatchReader();
   BatchReader(const BatchReader&) = delete;
   BatchReader& operator=(const BatchReader&) = delete;
@@ -65,24 +67,31 @@ class BatchReader {
   };
   struct Window {
     std::vector<std::uint32_t> rows;  ///< as they are in `values`
-    std::vector<Values> values;       ///< of each modality; empty for those of objects
+    std::vector<Values> values;       ///< of each modality; empty where entries are shared
     std::size_t silent = 0;
   };
   Window load(std::vector<std::uint32_t> rows);
   Values load_values(std::size_t modality, std::span<const std::uint32_t> rows,
                      std::vector<bool>& heard);
-  void load_objects();
+  void load_shared();
+  const float* shared_value(std::size_t modality, std::uint32_t row) const;
   void plan_windows(std::optional<std::uint64_t> order);
   void next_window();
 
   SampleSource& source_;
   const LabelledSamples& samples_;
-  std::vector<Modality> modalities_;
+  const std::vector<Modality> modalities_;
+  const SpectrogramInput spectrogram_;
   std::vector<ModalityLayout> layouts_;
   std::vector<std::uint32_t> rows_;
   std::size_t window_rows_ = 0;
-  std::vector<std::uint32_t> object_entries_;     ///< objects of the rows, ascending
-  std::vector<std::vector<float>> objects_;       ///< of each modality that is of objects: theirs
+  /// What samples share of a modality; nothing where they share none.
+  struct Shared {
+    std::vector<std::uint32_t> of_samples;  ///< entry of each sample of the source
+    std::vector<std::uint32_t> entries;     ///< those of the rows, ascending
+    std::vector<float> values;
+  };
+  std::vector<Shared> shared_;                    ///< of each modality
   std::vector<std::vector<std::uint32_t>> plan_;  ///< rows of each window of this pass
   std::size_t window_number_ = 0;                 ///< the next of the plan
   std::optional<Window> window_;

@@ -28,6 +28,7 @@ nlohmann::json to_json(const ClipFormat& format) {
           {"fft_size", format.mel.fft_size},
           {"hop", format.mel.hop},
           {"bands", format.mel.bands},
+          {"resized", {format.mel.resized_bands, format.mel.resized_frames}},
           {"min_frequency", format.mel.min_frequency},
           {"max_frequency", format.mel.max_frequency}};
 }
@@ -40,7 +41,9 @@ ClipFormat clip_format_from(const nlohmann::json& json) {
                 .hop = json.at("hop"),
                 .bands = json.at("bands"),
                 .min_frequency = json.at("min_frequency"),
-                .max_frequency = json.at("max_frequency")};
+                .max_frequency = json.at("max_frequency"),
+                .resized_bands = json.at("resized").at(0),
+                .resized_frames = json.at("resized").at(1)};
   return format;
 }
 
@@ -51,7 +54,8 @@ ClipPreparer::ClipPreparer(const ClipFormat& format)
 
 ModalityExtent ClipPreparer::extent(Modality modality) const {
   if (modality == Modality::spectrogram) {
-    return {1, format_.mel.bands, synth::signal::mel_frames(format_.samples, format_.mel)};
+    const synth::signal::MelExtent mel = synth::signal::mel_extent(format_.samples, format_.mel);
+    return {1, mel.bands, mel.frames};
   }
   return {1, std::llround(static_cast<double>(format_.samples) * prepare::waveform_rate /
                           format_.sample_rate())};

@@ -33,7 +33,7 @@ class ClipPreparer {
   explicit ClipPreparer(const ClipFormat& format);
 
   const ClipFormat& format() const { return format_; }
-  /// @param modality  spectrogram or waveform
+  /// @param modality  spectrogram (relative powers) or waveform
   ModalityExtent extent(Modality modality) const;
   /// @param clip    as many samples as the format has
   /// @param values  of the modality's extent

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <map>
+#include <utility>
 
 #include "core/error.hpp"
 #include "core/hash.hpp"
@@ -19,7 +20,7 @@ namespace {
 /// Where a modality lies in index.h5.
 struct Column {
   std::string name;
-  bool of_objects = false;
+  std::string entry_of = {};  ///< column of each sample's row in it; "": samples' own
 };
 
 /// The sounds of a dataset, with the spectrograms that it stores, else the papers'.
@@ -37,6 +38,15 @@ ClipFormat format_of(const core::Hdf5Group& file, const std::filesystem::path& f
   format.mel.hop = static_cast<int>(file.number_attribute("hop", "mel"));
   format.mel.min_frequency = file.number_attribute("min_frequency_hz", "mel");
   format.mel.max_frequency = file.number_attribute("max_frequency_hz", "mel");
+  const auto frames = static_cast<int>(mel[mel.size() - 1]);
+  if (synth::signal::mel_extent(format.samples, format.mel).frames != frames) {
+    format.mel.resized_frames = frames;
+  }
+  if (!file.attributes("mel").contains("computed_bands")) return format;  // of earlier versions
+  if (const auto computed = static_cast<int>(file.number_attribute("computed_bands", "mel"));
+      computed != format.mel.bands) {
+    format.mel.resized_bands = std::exchange(format.mel.bands, computed);
+  }
   return format;
 }
 
@@ -53,13 +63,7 @@ class DatasetSource final : public SampleSource {
     core::Hdf5Rows(file_, "audio").require_files();
     keys_ = file_.read<std::string>("key");
     if (described) describe(core::read_json(description));
-    if (file_.has("shape_index")) {
-      objects_ = file_.read<std::uint32_t>("shape_index");
-    } else {
-      for (std::size_t i = 0; i < keys_.size(); ++i) {
-        objects_.push_back(static_cast<std::uint32_t>(i));
-      }
-    }
+    if (file_.has("shape_index")) objects_ = file_.read<std::uint32_t>("shape_index");
     const core::Extent audio = file_.extent("audio");
     listeners_ = audio.size() == 3 ? static_cast<std::size_t>(audio[1]) : 1;
     if (listener_ >= listeners_) {
@@ -71,7 +75,6 @@ class DatasetSource final : public SampleSource {
   const std::string& name() const override { return name_; }
   std::size_t size() const override { return keys_.size(); }
   std::vector<std::string> keys() const override { return keys_; }
-  std::vector<std::uint32_t> objects() const override { return objects_; }
   std::vector<std::string> object_names() const override {
     std::vector<std::string> names = labels("shape");
     // Simulations are of all objects that play in them, which a seed draws.
@@ -121,7 +124,11 @@ class DatasetSource final : public SampleSource {
     if (!column) return std::nullopt;
     const core::Extent stored = file_.extent(column->name);
     return ModalityLayout{extent_of(modality, stored), static_cast<std::size_t>(stored[0]),
-                          column->of_objects};
+                          !column->entry_of.empty()};
+  }
+
+  std::vector<std::uint32_t> entries_of(Modality modality) const override {
+    return file_.read<std::uint32_t>(column_of(modality).value().entry_of);
   }
 
   std::vector<bool> read(Modality modality, std::span<const std::uint32_t> entries,
@@ -182,9 +189,11 @@ class DatasetSource final : public SampleSource {
         break;
     }
     const std::string own = modality == Modality::voxels ? "voxels" : "frames";
-    const std::string of_object = modality == Modality::voxels ? "shapes/voxels" : "shapes/frame";
     if (file_.has(own)) return Column{own};
-    if (file_.has("shape_index") && file_.has(of_object)) return Column{of_object, true};
+    const Column shared = modality == Modality::voxels
+                              ? Column{"shapes/voxels", "shape_index"}
+                              : Column{"appearances/frame", "appearance_index"};
+    if (file_.has(shared.entry_of) && file_.has(shared.name)) return shared;
     return std::nullopt;
   }
 
@@ -197,16 +206,23 @@ class DatasetSource final : public SampleSource {
       case Modality::waveform:
         return preparer_.extent(modality);
       case Modality::voxels:
-        return {1, side(3), side(2), side(1)};
+        return {stored.size() == 5 ? side(4) : 1, side(3), side(2), side(1)};
       case Modality::image:
-        return {3, prepare::image_side, prepare::image_side};
+        return image_extent(stored);
       case Modality::touch:
         return {3, side(2)};
     }
     return {};
   }
 
-  /// Of simulations the first frame.
+  /// Of objects every view, of simulations the first frame.
+  ModalityExtent image_extent(const core::Extent& stored) const {
+    ModalityExtent extent = {3, prepare::image_side, prepare::image_side};
+    const bool has_views = !file_.has("frames") && stored[1] > 1;
+    if (has_views) extent.insert(extent.begin(), static_cast<std::int64_t>(stored[1]));
+    return extent;
+  }
+
   void prepare_bytes(Modality modality, const Column& column, std::span<const std::uint8_t> row,
                      std::span<float> values) const {
     if (modality == Modality::voxels) {
@@ -216,7 +232,11 @@ class DatasetSource final : public SampleSource {
     }
     const core::Extent stored = file_.extent(column.name);
     const std::size_t height = stored[stored.size() - 3], width = stored[stored.size() - 2];
-    prepare::image(row.first(height * width * 3), height, width, values);
+    constexpr std::size_t prepared = 3 * prepare::image_side * prepare::image_side;
+    for (std::size_t v = 0; v * prepared < values.size(); ++v) {
+      prepare::image(row.subspan(v * height * width * 3, height * width * 3), height, width,
+                     values.subspan(v * prepared, prepared));
+    }
   }
 
   bool prepare_named(Modality modality, const Column& column, std::size_t sample,
@@ -267,7 +287,7 @@ class DatasetSource final : public SampleSource {
   std::size_t listeners_ = 1;
   std::string content_;
   std::vector<std::string> keys_;
-  std::vector<std::uint32_t> objects_;
+  std::vector<std::uint32_t> objects_;  ///< rows of shapes_; empty of simulations
   ClipPreparer preparer_;
 };
 

@@ -10,7 +10,8 @@ namespace carillon::eval::learning {
 /// Samples of a dataset's folder (docs/format.md).
 ///
 /// Spectrograms come from the column `mel`; where there is none they are made from `audio` with 64
-/// bands and 25 frames. Voxels and frames are the objects', or of simulations the sample's own.
+/// bands and 25 frames. Voxels are the objects', frames the objects' in the sample's
+/// material, or of simulations the sample's own.
 ///
 /// @param listener  whose audio, where there are several
 /// @throws FileError   no index.h5 that can be read

@@ -117,6 +117,8 @@ nlohmann::ordered_json to_json(const Method& method) {
   json["fusion"] = name_of(method.fusion);
   json["neighbours"] = method.neighbours;
   json["cost"] = method.cost;
+  json["spectrogram"] = {{"scale", name_of(method.spectrogram.scale)},
+                         {"range_db", method.spectrogram.range}};
   const LayerSizes& sizes = method.sizes;
   nlohmann::ordered_json layers = nlohmann::ordered_json::array();
   for (const SpectrogramLayer& layer : sizes.layers) {
@@ -172,6 +174,9 @@ Method method_from(const nlohmann::json& json) {
   method.fusion = named(all_fusions, json.at("fusion"));
   method.neighbours = json.at("neighbours");
   method.cost = json.value("cost", method.cost);
+  const nlohmann::json& spectrogram = json.at("spectrogram");
+  method.spectrogram = {named(all_spectrogram_scales, spectrogram.at("scale")),
+                        spectrogram.at("range_db")};
   const nlohmann::json& sizes = json.at("sizes");
   method.sizes = {.width = sizes.at("width"),
                   .layers = layers_from(sizes),

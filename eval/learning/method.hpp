@@ -74,6 +74,7 @@ struct Method {
   std::vector<Branch> branches;  ///< of a network
   Fusion fusion = Fusion::concatenate;
   std::vector<Modality> modalities;  ///< what it perceives; of a network, those of its branches
+  SpectrogramInput spectrogram;      ///< where it gets one
   LayerSizes sizes;
   LearningOptions learning;
   std::int64_t neighbours = 1;  ///< of nearest_neighbour

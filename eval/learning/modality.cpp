@@ -29,6 +29,18 @@ std::string_view name_of(Modality modality) {
   return "";
 }
 
+std::string_view name_of(SpectrogramScale scale) {
+  return scale == SpectrogramScale::decibels ? "decibels" : "power";
+}
+
+void SpectrogramInput::apply(std::span<float> relative) const {
+  if (scale == SpectrogramScale::power) return;
+  for (float& value : relative) {
+    const double below = value > 0 ? core::decibels(static_cast<double>(value)) : -1e9;
+    value = static_cast<float>(std::max(0.0, 1 + below / range));
+  }
+}
+
 std::size_t values_in(const ModalityExtent& extent) {
   return static_cast<std::size_t>(
       std::accumulate(extent.begin(), extent.end(), std::int64_t{1}, std::multiplies<>()));
@@ -55,8 +67,7 @@ bool spectrogram(std::span<float> power) {
     return false;
   }
   for (float& value : power) {
-    const double below = value > 0 ? core::decibels(static_cast<double>(value) / largest) : -1e9;
-    value = static_cast<float>(std::max(0.0, 1 + below / prepare::spectrogram_range));
+    value = static_cast<float>(std::max(0.0, static_cast<double>(value) / largest));
   }
   return true;
 }

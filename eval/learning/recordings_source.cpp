@@ -184,7 +184,6 @@ class RecordingsSource final : public SampleSource {
   const std::string& name() const override { return name_; }
   std::size_t size() const override { return table_.files.size(); }
   std::vector<std::string> keys() const override { return table_.files; }
-  std::vector<std::uint32_t> objects() const override { return objects_; }
   std::vector<std::string> object_names() const override { return object_names_; }
   std::vector<std::string> strike_names() const override { return strike_names_; }
   std::string content() const override { return content_; }
@@ -202,6 +201,7 @@ class RecordingsSource final : public SampleSource {
                            fmt::format("there are {}", fmt::join(there, ", ")));
   }
 
+  std::vector<std::uint32_t> entries_of(Modality) const override { return {}; }  // shares none
   std::optional<ModalityLayout> layout(Modality modality) const override {
     if (modality != Modality::spectrogram && modality != Modality::waveform) return std::nullopt;
     return ModalityLayout{preparer_.extent(modality), size(), false};
@@ -256,11 +256,6 @@ class RecordingsSource final : public SampleSource {
       if (column.empty()) object_names_ = strike_names_;
       for (std::size_t i = 0; i < size(); ++i) strike_names_[i].insert(0, object_names_[i] + " ");
     }
-    std::map<std::string, std::uint32_t> numbers;
-    for (const std::string& object : object_names_) numbers.emplace(object, 0);
-    std::uint32_t count = 0;
-    for (auto& [object, number] : numbers) number = count++;
-    for (const std::string& object : object_names_) objects_.push_back(numbers.at(object));
   }
 
   std::string drawn_part(const std::string& identity, const std::string& split) const {
@@ -316,7 +311,6 @@ class RecordingsSource final : public SampleSource {
   ClipPreparer preparer_;
   std::vector<std::string> hashes_;
   std::vector<std::string> object_names_, strike_names_;
-  std::vector<std::uint32_t> objects_;
   std::string content_;
 };
 

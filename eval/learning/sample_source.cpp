@@ -13,7 +13,9 @@ const char* remedy(Modality modality) {
     case Modality::voxels:
       return "build it with `voxels: {resolution: 30}`";
     case Modality::image:
-      return "build it with `camera: {width: 256, height: 256}`";
+      return "build it with `camera: {width: 256, height: 256}`; one whose index.h5 has "
+             "shapes/frame "
+             "is of an older version, which drew each object in one material alone: build it anew";
     case Modality::touch:
       return "touch comes with a motion of a stylus (docs/touch.md)";
     default:

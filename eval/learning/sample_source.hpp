@@ -14,9 +14,10 @@ namespace carillon::eval::learning {
 /// What a source has of one modality.
 struct ModalityLayout {
   ModalityExtent extent;
-  std::size_t entries =
-      0;  ///< samples; or objects, whose voxels and frame are one for many samples
-  bool of_objects = false;
+  std::size_t entries = 0;
+  /// Many samples have one entry: an object's voxels, its frames in a material. Else samples are
+  /// the entries.
+  bool shared = false;
 };
 
 /// Samples that networks learn from: a dataset, or recordings with labels.
@@ -28,8 +29,6 @@ class SampleSource {
   virtual const std::string& name() const = 0;
   virtual std::size_t size() const = 0;
   virtual std::vector<std::string> keys() const = 0;
-  /// Object of each sample, counted from 0; its entry in modalities that are of objects.
-  virtual std::vector<std::uint32_t> objects() const = 0;
   /// What tells each sample's object from every other one's: equal for one object in several
   /// sources.
   virtual std::vector<std::string> object_names() const = 0;
@@ -42,6 +41,8 @@ class SampleSource {
 
   /// Nothing where the source has no such modality.
   virtual std::optional<ModalityLayout> layout(Modality modality) const = 0;
+  /// Entry of each sample in a modality whose entries are shared.
+  virtual std::vector<std::uint32_t> entries_of(Modality modality) const = 0;
   /// Some entries, prepared.
   /// @param entries  ascending
   /// @param values   entries x extent

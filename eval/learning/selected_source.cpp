@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 
 #include "core/error.hpp"
 #include "core/hash.hpp"
@@ -33,17 +34,13 @@ class SelectedSource final : public SampleSource {
     for (const SampleSource* source : sources_) {
       name_ += (name_.empty() ? "" : " + ") + source->name();
       all.add(source->content()).add("\n");
-      // Objects of one source come after those of the ones before it; where a modality is of
-      // objects its entries are counted alike.
-      first_object_.push_back(objects_in_all_);
-      std::size_t objects = 0;
-      for (const std::uint32_t object : source->objects())
-        objects = std::max<std::size_t>(objects, object + 1);
+      // Shared entries of one source come after those of the ones before it.
       for (const Modality modality : all_modalities) {
         const auto layout = source->layout(modality);
-        if (layout && layout->of_objects) objects = std::max(objects, layout->entries);
+        Numbering& numbering = shared_[modality];
+        numbering.first.push_back(numbering.count);
+        if (layout && layout->shared) numbering.count += layout->entries;
       }
-      objects_in_all_ += objects;
     }
     for (const Selection& one : selected_) {
       all.add(fmt::format("{} {} {}\n", one.source, one.row,
@@ -63,14 +60,6 @@ class SelectedSource final : public SampleSource {
                                  [](const std::string& key, std::uint32_t source) {
                                    return fmt::format("{}:{}", source, key);
                                  });
-  }
-
-  std::vector<std::uint32_t> objects() const override {
-    return gathered<std::uint32_t>([](const SampleSource& source) { return source.objects(); },
-                                   [this](std::uint32_t object, std::uint32_t source) {
-                                     return object +
-                                            static_cast<std::uint32_t>(first_object_[source]);
-                                   });
   }
 
   std::vector<std::string> object_names() const override {
@@ -103,8 +92,7 @@ class SelectedSource final : public SampleSource {
     std::optional<ModalityLayout> common = sources_[0]->layout(modality);
     for (const SampleSource* source : sources_) {
       const auto own = source->layout(modality);
-      if (!common || !own || own->extent != common->extent ||
-          own->of_objects != common->of_objects) {
+      if (!common || !own || own->extent != common->extent || own->shared != common->shared) {
         return std::nullopt;
       }
       // Equal extents may be of other rates, lengths and bands.
@@ -114,26 +102,36 @@ class SelectedSource final : public SampleSource {
         return std::nullopt;
       }
     }
-    common->entries = common->of_objects ? objects_in_all_ : size();
+    common->entries = common->shared ? shared_.at(modality).count : size();
     return common;
+  }
+
+  std::vector<std::uint32_t> entries_of(Modality modality) const override {
+    const std::vector<std::size_t>& first = shared_.at(modality).first;
+    return gathered<std::uint32_t>(
+        [&](const SampleSource& source) { return source.entries_of(modality); },
+        [&](std::uint32_t entry, std::uint32_t source) {
+          return entry + static_cast<std::uint32_t>(first[source]);
+        });
   }
 
   std::vector<bool> read(Modality modality, std::span<const std::uint32_t> entries,
                          std::span<float> values) override {
     if (entries.empty()) return {};
     const std::size_t each = values.size() / entries.size();
-    const bool of_objects = layout(modality).value().of_objects;
+    const bool shared = layout(modality).value().shared;
     std::vector<bool> heard;
     for (std::size_t first = 0; first < entries.size();) {
-      const auto [source, row] = place_of(entries[first], of_objects);
+      const auto [source, row] = place_of(modality, entries[first], shared);
       std::vector<std::uint32_t> rows = {row};
       while (first + rows.size() < entries.size()) {
-        const auto [next_source, next_row] = place_of(entries[first + rows.size()], of_objects);
+        const auto [next_source, next_row] =
+            place_of(modality, entries[first + rows.size()], shared);
         if (next_source != source) break;
         rows.push_back(next_row);
       }
-      const std::vector<bool> some = read_own(*sources_[source], modality, rows,
-                                              values.subspan(first * each, rows.size() * each));
+      const std::vector<bool> some =
+          sources_[source]->read(modality, rows, values.subspan(first * each, rows.size() * each));
       heard.insert(heard.end(), some.begin(), some.end());
       first += rows.size();
     }
@@ -154,36 +152,26 @@ class SelectedSource final : public SampleSource {
   }
 
   /// Source of an entry, and the entry there.
-  std::pair<std::size_t, std::uint32_t> place_of(std::uint32_t entry, bool of_objects) const {
-    if (!of_objects) return {selected_[entry].source, selected_[entry].row};
-    const auto after = std::upper_bound(first_object_.begin(), first_object_.end(), entry);
-    const auto source = static_cast<std::size_t>(after - first_object_.begin()) - 1;
-    return {source, entry - static_cast<std::uint32_t>(first_object_[source])};
+  std::pair<std::size_t, std::uint32_t> place_of(Modality modality, std::uint32_t entry,
+                                                 bool shared) const {
+    if (!shared) return {selected_[entry].source, selected_[entry].row};
+    const std::vector<std::size_t>& starts = shared_.at(modality).first;
+    const auto after = std::upper_bound(starts.begin(), starts.end(), entry);
+    const auto source = static_cast<std::size_t>(after - starts.begin()) - 1;
+    return {source, entry - static_cast<std::uint32_t>(starts[source])};
   }
 
-  /// Objects are numbered up to the largest that any modality has; one that this modality lacks is
-  /// empty.
-  static std::vector<bool> read_own(SampleSource& source, Modality modality,
-                                    const std::vector<std::uint32_t>& rows,
-                                    std::span<float> values) {
-    const std::size_t entries = source.layout(modality).value().entries;
-    const auto end =
-        std::find_if(rows.begin(), rows.end(), [&](std::uint32_t row) { return row >= entries; });
-    const auto there = static_cast<std::size_t>(end - rows.begin());
-    const std::size_t each = values.size() / rows.size();
-    std::vector<bool> heard =
-        source.read(modality, std::span(rows).first(there), values.first(there * each));
-    std::fill(values.begin() + static_cast<std::ptrdiff_t>(there * each), values.end(), 0.0F);
-    heard.resize(rows.size(), false);
-    return heard;
-  }
+  /// Shared entries of all sources.
+  struct Numbering {
+    std::vector<std::size_t> first;  ///< of each source
+    std::size_t count = 0;
+  };
 
   std::vector<SampleSource*> sources_;
   std::vector<Selection> selected_;
   std::vector<std::string> names_;
   std::string name_, content_;
-  std::vector<std::size_t> first_object_;
-  std::size_t objects_in_all_ = 0;
+  std::map<Modality, Numbering> shared_;
 };
 
 }  // namespace

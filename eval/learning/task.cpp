@@ -104,7 +104,6 @@ LabelledSamples label_samples(const SampleSource& source, const TaskSpec& task) 
   LabelledSamples samples;
   samples.classes.assign(found.begin(), found.end());
   samples.keys = source.keys();
-  samples.objects = source.objects();
   samples.object_groups = numbered(source.object_names());
   samples.strike_groups = numbered(source.strike_names());
   for (std::size_t i = 0; i < labels.size(); ++i) {

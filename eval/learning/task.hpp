@@ -35,11 +35,10 @@ inline constexpr std::int32_t left_out = -1, unlabelled = -2;
 
 /// A task's samples. Nothing depends on the order in which labels occur.
 struct LabelledSamples {
-  std::vector<std::string> classes;    ///< in byte order
-  std::vector<std::int32_t> label;     ///< of each sample: class, `left_out` or `unlabelled`
-  std::vector<Part> part;              ///< of each sample
-  std::vector<std::string> keys;       ///< of each sample
-  std::vector<std::uint32_t> objects;  ///< of each sample: entry of modalities that are of objects
+  std::vector<std::string> classes;  ///< in byte order
+  std::vector<std::int32_t> label;   ///< of each sample: class, `left_out` or `unlabelled`
+  std::vector<Part> part;            ///< of each sample
+  std::vector<std::string> keys;     ///< of each sample
   /// Of each sample: equal for samples of one object, and of one strike, of whatever source.
   std::vector<std::uint32_t> object_groups, strike_groups;
 

@@ -120,7 +120,7 @@ std::vector<float> Learner::predict(learning::SampleSource& source,
   try {
     const torch::NoGradGuard no_gradient;
     const learning::Method& method = state_->method;
-    learning::BatchReader reader(source, samples, method.modalities,
+    learning::BatchReader reader(source, samples, method,
                                  learning::rows_of_rank(rows, ranks.rank, ranks.size),
                                  method.learning.memory);
     reader.begin({});

@@ -81,15 +81,14 @@ std::vector<float> ask_neighbours(const learning::Method& method, learning::Samp
   try {
     const torch::NoGradGuard no_gradient;
     const double memory = method.learning.memory / 2;
-    learning::BatchReader known(source, samples, method.modalities,
-                                samples.rows(learning::Part::train), memory);
+    learning::BatchReader known(source, samples, method, samples.rows(learning::Part::train),
+                                memory);
     const std::vector<std::uint32_t> own = learning::rows_of_rank(rows, ranks.rank, ranks.size);
     const std::size_t block = rows_within(memory, known.layouts());
     for (std::size_t first = 0; first < own.size(); first += block) {
       const auto begin = own.begin() + static_cast<std::ptrdiff_t>(first);
       const auto count = static_cast<std::ptrdiff_t>(std::min(block, own.size() - first));
-      learning::BatchReader asking(source, samples, method.modalities, {begin, begin + count},
-                                   memory);
+      learning::BatchReader asking(source, samples, method, {begin, begin + count}, memory);
       const Asked asked = read_all(asking);
       const torch::Tensor labels = nearest_labels(asked.values, known, method.neighbours);
       for (std::size_t i = 0; i < asked.rows.size(); ++i) {

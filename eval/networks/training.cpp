@@ -73,11 +73,11 @@ Training::Training(Learner::State& learner, learning::SampleSource& source,
       method_(learner.method),
       train_rows_(samples.rows(learning::Part::train).size()),
       validation_rows_(samples.rows(learning::Part::validation).size()),
-      reader_(source, samples, method_.modalities,
+      reader_(source, samples, method_,
               learning::rows_of_rank(samples.rows(learning::Part::train), ranks.rank, ranks.size),
               memory_of(train_rows_)),
       validation_(
-          source, samples, method_.modalities,
+          source, samples, method_,
           learning::rows_of_rank(samples.rows(learning::Part::validation), ranks.rank, ranks.size),
           memory_of(validation_rows_)) {
   const learning::LearningOptions& options = method_.learning;

@@ -101,6 +101,9 @@ Recognised recognise(const networks::Learner& learner, const Recognition& recogn
   for (const learning::Modality modality : learner.method().modalities) {
     modalities.emplace_back(learning::values_in(preparer.extent(modality)));
     sounds = preparer.prepare(modality, clip, modalities.back()) || sounds;
+    if (modality == learning::Modality::spectrogram) {
+      learner.method().spectrogram.apply(modalities.back());
+    }
   }
   const std::vector<double> logits = doubles(learner.logits_of(modalities));
   Recognised recognised;

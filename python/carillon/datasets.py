@@ -75,7 +75,8 @@ class Column:
 
 
 class Dataset(Mapping[str, Column]):
-    """The samples of a dataset by column, and its objects under `shapes/`.
+    """The samples of a dataset by column, and its objects under `shapes/`, what they look like under
+    `appearances/`.
 
     Files are opened when they are first read and stay open; a process that is forked or spawned opens its own.
     """
@@ -181,7 +182,8 @@ class Dataset(Mapping[str, Column]):
               listener: int | None = None) -> Samples:
         """A map-style dataset of PyTorch: pairs (data, label) of a part; for any DataLoader.
 
-        data: a column of numbers (`audio`, `mel`, `frames`, `touch`), or one of the objects (`shapes/voxels`).
+        data: a column of numbers (`audio`, `mel`, `frames`, `touch`), or one of the objects (`shapes/voxels`)
+        or of these in their materials (`appearances/frame`).
         label: a column of texts, numbered over the whole dataset (`classes` names them), or of numbers; None: data
         alone. listener: of audio and mel with several, this one alone.
         """

@@ -62,7 +62,9 @@ class Network:
         """Inputs of some samples of a dataset (its folder, or what `carillon.open` gave), as in training."""
         folder = os.fspath(getattr(dataset, "folder", dataset))
         rows = np.asarray(list(samples), np.uint64)
-        return [_carillon.prepared(folder, listener, modality, rows) for modality, _ in self.inputs]
+        prepared = [_carillon.prepared(folder, listener, modality, rows) for modality, _ in self.inputs]
+        return [_scaled(values, self.table["method"]["spectrogram"]) if modality == "spectrogram" else values
+                for values, (modality, _) in zip(prepared, self.inputs)]
 
     def scores(self, *inputs: npt.ArrayLike, torch: bool | None = None) -> _Array:
         """Scores, samples x classes: of networks logits, of support vector machines distances.
@@ -207,5 +209,24 @@ def _flatten(values: _Array, row: dict[str, Any], weights: dict[str, _Array]) ->
     return values.reshape(len(values), -1)
 
 
+def _copies(values: _Array, row: dict[str, Any], weights: dict[str, _Array]) -> _Array:
+    return values.reshape(-1, *row["shape"])
+
+
+def _over_copies(values: _Array, row: dict[str, Any], weights: dict[str, _Array]) -> _Array:
+    copies = values.reshape(-1, row["count"], *values.shape[1:])
+    return np.asarray(copies.mean(1) if row["by"] == "mean" else copies.max(1))
+
+
+def _scaled(powers: _Array, spectrogram: dict[str, Any]) -> _Array:
+    """Powers relative to the loudest cell as the method is given them."""
+    if spectrogram["scale"] == "power":
+        return powers
+    with np.errstate(divide="ignore"):
+        decibels = 10 * np.log10(powers.astype(np.float64))
+    return np.maximum(0, 1 + decibels / spectrogram["range_db"]).astype(np.float32)
+
+
 _LAYERS = {"dense": _dense, "convolution": _convolution, "normalisation": _normalisation, "rectifier": _rectifier,
-           "maximum": _maximum, "adaptive_maximum": _adaptive_maximum, "mean": _mean, "flatten": _flatten}
+           "maximum": _maximum, "adaptive_maximum": _adaptive_maximum, "mean": _mean, "flatten": _flatten,
+           "copies": _copies, "over_copies": _over_copies}

@@ -415,11 +415,13 @@ def estimate(samples: numpy.typing.ArrayLike | Sequence[numpy.typing.ArrayLike],
 
 
 def mel(samples: numpy.typing.ArrayLike, rate: Quantity | None = None, *, bands: int = 64, fft_size: int = 2048,
-        hop: int = 1837, min_frequency: Quantity = 0,
-        max_frequency: Quantity = 0) -> numpy.typing.NDArray[numpy.float32]:
+        hop: int = 1837, min_frequency: Quantity = 0, max_frequency: Quantity = 0,
+        computed_bands: int | None = None,
+        frames: int | None = None) -> numpy.typing.NDArray[numpy.float32]:
     """The mel power spectrogram that a dataset's `mel` holds (librosa's definition: Slaney scale and area norm).
 
-    samples: [samples] or [n, samples]; max_frequency 0: half the rate.
+    samples: [samples] or [n, samples]; max_frequency 0: half the rate. computed_bands are made smaller to `bands`,
+    and the frames that the hop gives to `frames`, each the mean of what it covers.
     Returns [bands, frames] or [n, bands, frames], power, not normalised. Raises InputError.
     """
     clips = arguments.samples(samples, "samples")
@@ -427,5 +429,7 @@ def mel(samples: numpy.typing.ArrayLike, rate: Quantity | None = None, *, bands:
                  (("min_frequency", min_frequency), ("max_frequency", max_frequency)))
     bands, fft_size, hop = (arguments.whole(value, name, 1, 2**31 - 1) for name, value in
                             (("bands", bands), ("fft_size", fft_size), ("hop", hop)))
-    made = _carillon.mel(clips, rate_of(samples, rate), bands, fft_size, hop, low, high)
+    computed = bands if computed_bands is None else arguments.whole(computed_bands, "computed_bands", bands, 2**31 - 1)
+    kept = 0 if frames is None else arguments.whole(frames, "frames", 1, 2**31 - 1)
+    made = _carillon.mel(clips, rate_of(samples, rate), computed, fft_size, hop, low, high, bands, kept)
     return made.squeeze(0) if clips.ndim == 1 else made

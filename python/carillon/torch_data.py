@@ -47,10 +47,11 @@ class Samples(torch.utils.data.Dataset[Any]):
         self._numbers = numpy.arange(len(rows))
 
     def _places(self, column: str) -> numpy.typing.NDArray[numpy.int64]:
-        """Rows of a column: the samples' own, or those of their objects."""
-        if not column.startswith("shapes/"):
+        """Rows of a column: the samples' own, or those of their objects, or of these in their materials."""
+        shared = {"shapes": "shape_index", "appearances": "appearance_index"}.get(column.split("/")[0])
+        if shared is None:
             return self.rows
-        return numpy.asarray(self.dataset["shape_index"][:])[self.rows].astype(numpy.int64)
+        return numpy.asarray(self.dataset[shared][:])[self.rows].astype(numpy.int64)
 
     def __len__(self) -> int:
         return len(self.rows)

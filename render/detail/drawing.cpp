@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <vector>
 
 #include "core/error.hpp"
+#include "core/random.hpp"
 
 namespace carillon::render {
 
@@ -28,8 +30,36 @@ void set_integer(const Program& program, const char* name, int value) {
   glUniform1i(glGetUniformLocation(program.get(), name), value);
 }
 
-Vec3 reflectance_of(const Appearance& appearance) {
-  return appearance.colours.empty() ? appearance.color : Vec3::Ones();
+GrainPlace grain_place(const ShadingMesh& mesh, const Appearance& appearance) {
+  Eigen::Vector3f low = Eigen::Vector3f::Constant(2), high = Eigen::Vector3f::Constant(-2);
+  for (std::size_t i = 0; i < mesh.positions.size(); i += 3) {
+    const Eigen::Map<const Eigen::Vector3f> position(mesh.positions.data() + i);
+    low = low.cwiseMin(position);
+    high = high.cwiseMax(position);
+  }
+  const Vec3 sides = (high - low).cast<double>();
+  Eigen::Index along = 0;
+  while (sides[along] < 0.99 * sides.maxCoeff()) ++along;
+  GrainPlace place;
+  for (Eigen::Index row = 0; row < 3; ++row) place.axes.row(row) = Vec3::Unit((along + row) % 3);
+  core::RandomStream random(appearance.piece, 0, "grain");
+  const double slice = random.uniform(-32, 32), angle = random.uniform(0, 2 * std::numbers::pi);
+  const double from_pith = random.uniform(0.3, 1.2);
+  place.offset = {slice, from_pith * std::cos(angle), from_pith * std::sin(angle)};
+  return place;
+}
+
+void set_appearance(const Program& program, const Appearance& appearance, const GrainPlace& grain) {
+  const bool painted = !appearance.colours.empty();
+  set_vector(program, "reflectance", painted ? Vec3::Ones() : appearance.color);
+  set_number(program, "roughness", appearance.roughness);
+  set_number(program, "metallic", appearance.metallic);
+  set_number(program, "transmission", appearance.transmission);
+  set_integer(program, "grain_kind", painted ? 0 : static_cast<int>(appearance.grain));
+  set_number(program, "grain_contrast", appearance.grain_contrast);
+  set_vector(program, "grain_offset", grain.offset);
+  const Eigen::Matrix3f axes = grain.axes.cast<float>();  // stored by columns, as OpenGL has them
+  glUniformMatrix3fv(glGetUniformLocation(program.get(), "grain_axes"), 1, GL_FALSE, axes.data());
 }
 
 void check_colours(const Appearance& appearance, const solvers::mesh::SurfaceMesh& mesh) {

@@ -18,8 +18,17 @@ void set_vector(const Program& program, const std::string& name, const Vec3& val
 void set_number(const Program& program, const char* name, double value);
 void set_integer(const Program& program, const char* name, int value);
 
-/// The factor that a mesh's colours have; what it is without them.
-Vec3 reflectance_of(const Appearance& appearance);
+/// Where a body's grain lies in its mesh's coordinates, those of its ball.
+struct GrainPlace {
+  Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();  ///< rows: along the grain and across
+  Vec3 offset = Vec3::Zero();                          ///< of the body's middle from the origin
+};
+/// Along the body's longest axis: the first of those that are as long within a hundredth. The piece
+/// says where from the pith it was cut.
+GrainPlace grain_place(const ShadingMesh& mesh, const Appearance& appearance);
+/// Uniforms of shading_code.hpp and grain_code.hpp, and of the reflectance, which is the factor of
+/// a mesh's own colours where it has them.
+void set_appearance(const Program& program, const Appearance& appearance, const GrainPlace& grain);
 /// @throws InputError  colours that are not as many as the mesh's vertices
 void check_colours(const Appearance& appearance, const solvers::mesh::SurfaceMesh& mesh);
 

@@ -43,7 +43,7 @@ void main() {
 }
 )";
 
-/// After shading.
+/// After shading and grain.
 inline constexpr const char* body_fragment = R"(
 in vec3 body_position;
 in vec3 body_normal;
@@ -72,7 +72,8 @@ void main() {
   vec3 v = normalize(eye - body_position);
   vec3 n = normalize(body_normal);
   if (!gl_FrontFacing) n = -n;
-  color = vec4(shade(n, v, reflectance * body_colour, lit_by_key(n)), 1.0);
+  vec3 own = grained(reflectance * body_colour, body_position);
+  color = vec4(shade(n, v, own, lit_by_key(n)), 1.0);
 }
 )";
 

@@ -27,7 +27,7 @@ void check(const SceneCamera& camera) {
 }
 
 void check(const std::optional<Vec3>& color) {
-  if (color) render::check(Appearance{*color, 0, 0});
+  if (color) looks::check(Appearance{.color = *color});
 }
 
 void check(const maps::TexturedFace& face) {
@@ -64,12 +64,12 @@ void check(const Scene& scene) {
         fmt::format("a scene of {} bodies: masks can tell 255 apart", scene.bodies.size()));
   }
   for (const SceneBody& body : scene.bodies) {
-    render::check(body.appearance);
+    looks::check(body.appearance);
     check(body.deep_color);
     if (body.texture) check(*body.texture);
   }
   if (!scene.ground) return;
-  render::check(scene.ground->appearance);
+  looks::check(scene.ground->appearance);
   check(scene.ground->deep_color);
   if (!(scene.ground->reach > 0) || !std::isfinite(scene.ground->reach) ||
       !scene.ground->middle.allFinite()) {

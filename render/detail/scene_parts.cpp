@@ -6,10 +6,11 @@ namespace carillon::render {
 Drawn make_drawn(const SceneBody& body, int number, const FootprintPainter& footprints) {
   const BoundingBall ball = bounding_ball(body.mesh);
   check_colours(body.appearance, body.mesh);
-  Drawn drawn{.mesh = DrawableMesh(shading_mesh(body.mesh, ball, default_crease_angle),
-                                   body.appearance.colours),
+  const ShadingMesh mesh = shading_mesh(body.mesh, ball, default_crease_angle);
+  Drawn drawn{.mesh = DrawableMesh(mesh, body.appearance.colours),
               .ball = ball,
               .appearance = body.appearance,
+              .grain = grain_place(mesh, body.appearance),
               .deep_color = body.deep_color.value_or(body.appearance.color),
               .number = number,
               .detail = {},

@@ -15,6 +15,7 @@ struct Drawn {
   DrawableMesh mesh;
   BoundingBall ball;
   Appearance appearance;
+  GrainPlace grain;
   Vec3 deep_color;
   int number = 0;         ///< in the mask
   double fade_reach = 0;  ///< 0: none
@@ -38,7 +39,5 @@ struct SceneView {
 };
 /// @param reach  how far from the camera there is anything to see [m]
 SceneView scene_view(const SceneCamera& camera, double reach);
-
-/// Linear reflectance as the shaders take it.
 
 }  // namespace carillon::render

@@ -40,8 +40,10 @@ out vec3 world_position;
 out vec3 world_normal;
 out vec3 face_position;
 out vec3 own_colour;
+out vec3 mesh_position;
 void main() {
   own_colour = colour;
+  mesh_position = position;
   vec4 world = world_from_mesh * vec4(position, 1.0);
   world_position = world.xyz;
   world_normal = world_from_normal * normal;
@@ -50,7 +52,7 @@ void main() {
 }
 )";
 
-/// After shading: what bodies and reliefs have in common.
+/// After shading and grain: what bodies and reliefs have in common.
 inline constexpr const char* scene_common = R"(
 layout(location = 0) out vec4 color;
 layout(location = 1) out vec4 depth_and_body;
@@ -67,7 +69,7 @@ uniform sampler2DShadow shadow_map;
 
 uniform sampler2D slopes;
 uniform vec2 map_size;      // [m]
-uniform float grain;        // distance of the texture's samples [m]
+uniform float texel;        // distance of the texture's samples [m]
 uniform float pixel_angle;  // of a sample
 
 float lit_by_key(vec3 position, vec3 normal) {
@@ -85,7 +87,7 @@ float lit_by_key(vec3 position, vec3 normal) {
 
 // Normal of the map at a place, in the face's axes; blurred where a pixel sees many texels.
 vec3 map_normal(vec2 uv, float seen_size) {
-  vec2 slope = textureLod(slopes, uv / map_size, log2(max(seen_size / grain, 1.0))).rg;
+  vec2 slope = textureLod(slopes, uv / map_size, log2(max(seen_size / texel, 1.0))).rg;
   return normalize(vec3(-slope, 1.0));
 }
 
@@ -107,6 +109,7 @@ in vec3 world_position;
 in vec3 world_normal;
 in vec3 face_position;
 in vec3 own_colour;
+in vec3 mesh_position;
 uniform int detail;          // 0: none, 1: normal map, 2: relief
 uniform mat3 world_from_face;
 uniform vec2 face_size;
@@ -134,7 +137,8 @@ void main() {
       n = world_from_face * map_normal(uv, length(eye - world_position) * pixel_angle / slant);
     }
   }
-  put(world_position, n, reflectance * own_colour, lit_by_key(world_position, geometric));
+  vec3 own = grained(reflectance * own_colour, mesh_position);
+  put(world_position, n, own, lit_by_key(world_position, geometric));
 }
 )";
 
@@ -190,9 +194,9 @@ float lit_in_relief(vec3 place, vec3 n, float seen_size) {
   if (l.z <= 0.0) return 0.0;
   float way = -place.z / l.z;
   float level = length(l.xy) * way;
-  int count = int(clamp(ceil(level / max(grain, seen_size)), 0.0, 256.0));
+  int count = int(clamp(ceil(level / max(texel, seen_size)), 0.0, 256.0));
   // Off the surface by what marching may have missed it by.
-  vec3 start = place + n * (0.02 * grain);
+  vec3 start = place + n * (0.02 * texel);
   for (int i = 1; i <= count; ++i) {
     vec3 p = start + l * (way * (float(i) - 0.5) / float(count));
     if (any(lessThan(p.xy, vec2(0.0))) || any(greaterThan(p.xy, face_size))) break;
@@ -227,7 +231,7 @@ void main() {
     if (!from_above) discard;
   } else {
     float seen = length(begin - eye_place) * pixel_angle;
-    int count = int(clamp(ceil(length(way.xy) / max(grain, seen)), 8.0, 1024.0));
+    int count = int(clamp(ceil(length(way.xy) / max(texel, seen)), 8.0, 1024.0));
     float before = 0.0, after = -1.0;
     for (int i = 1; i <= count; ++i) {
       float s = float(i) / float(count);

@@ -8,13 +8,16 @@ inline constexpr const char* glsl_version = "#version 330 core\n";
 /// and Torrance with GGX (Walter et al. 2007), Smith's height-correlated masking (Heitz 2014) and
 /// Schlick's Fresnel term; three directional lights, of which `lit` is the part of the first that
 /// is not in shadow; a studio of soft boxes as surroundings. n and v: unit vectors of the normal
-/// and to the eye.
+/// and to the eye. What a clear body lets through is a light backdrop, where the ray that is
+/// refracted as it enters (an index of 1.5) meets it, tinted by the body's colour the more the
+/// longer its way in a wall: nothing that lies behind the body is seen through it.
 inline constexpr const char* shading = R"(
 #ifndef LIGHTS
 #define LIGHTS 3
 #endif
 uniform float roughness;
 uniform float metallic;
+uniform float transmission;
 uniform vec3 light_direction[LIGHTS];
 uniform vec3 light_color[LIGHTS];
 
@@ -37,7 +40,8 @@ vec3 shade(vec3 n, vec3 v, vec3 reflectance, float lit) {
   float alpha = max(roughness * roughness, 2e-3);
   float alpha2 = alpha * alpha;
   vec3 f0 = mix(vec3(0.04), reflectance, metallic);
-  vec3 diffuse = reflectance * (1.0 - metallic);
+  float cleared = transmission * (1.0 - metallic);
+  vec3 diffuse = reflectance * (1.0 - metallic) * (1.0 - transmission);
 
   vec3 sum = vec3(0.0);
   for (int i = 0; i < LIGHTS; ++i) {
@@ -60,7 +64,17 @@ vec3 shade(vec3 n, vec3 v, vec3 reflectance, float lit) {
   float a = min(r.x * r.x, exp2(-9.28 * nv)) * r.x + r.y;
   vec2 fit = vec2(-1.04, 1.04) * a + r.zw;
   sum += diffuse * surroundings(n, 1.0);
-  sum += (f0 * fit.x + fit.y) * surroundings(reflect(-v, n), roughness);
+  vec3 mirrored = f0 * fit.x + fit.y;
+  sum += mirrored * surroundings(reflect(-v, n), roughness);
+  if (cleared > 0.0) {
+    vec3 through = refract(-v, n, 1.0 / 1.5);
+    vec3 behind = vec3(mix(0.42, 1.0, clamp(0.5 + 0.8 * through.z, 0.0, 1.0)));
+    for (int i = 0; i < LIGHTS; ++i) {
+      behind += light_color[i] * pow(max(dot(through, light_direction[i]), 0.0), 8.0);
+    }
+    vec3 tint = pow(reflectance, vec3(1.0 + 3.0 * (1.0 - nv) * (1.0 - nv)));
+    sum += cleared * tint * (1.0 - mirrored) * behind;
+  }
   // Highlights bend into white instead of being cut.
   vec3 over = max(sum - 0.75, 0.0);
   return min(sum, 0.75) + 0.25 * (1.0 - exp(-over / 0.25));

@@ -4,12 +4,25 @@ namespace carillon::scene {
 
 std::span<const Effect> effects() {
   // The recorder's shift comes before the noise, which is there before the sound.
-  static const Effect all[] = {
-      damping_effect,         striker_effect, contact_effect, radiation_effect,
-      supports_effect,        click_effect,   room_effect,    tail_effect,
-      recording_effect,       noise_effect,   motion_effect,  lasting_contacts_effect,
-      contact_damping_effect, touch_effect,   movie_effect,   mel_effect,
-      voxels_effect,          frames_effect};
+  static const Effect all[] = {damping_effect,
+                               striker_effect,
+                               contact_effect,
+                               radiation_effect,
+                               supports_effect,
+                               click_effect,
+                               room_effect,
+                               tail_effect,
+                               response_effect,
+                               recording_effect,
+                               noise_effect,
+                               motion_effect,
+                               lasting_contacts_effect,
+                               contact_damping_effect,
+                               touch_effect,
+                               movie_effect,
+                               mel_effect,
+                               voxels_effect,
+                               frames_effect};
   return all;
 }
 

@@ -6,7 +6,6 @@
 #include <limits>
 #include <memory>
 
-#include "core/hash.hpp"
 #include "scene/effects/detail/list.hpp"
 #include "scene/scene.hpp"
 #include "synth/recording/noise_generators.hpp"
@@ -111,16 +110,6 @@ void add_noise(const NoiseSource& source, synth::recording::NoiseFolder* folder,
   sound.record->add("active_end", static_cast<double>(active.end) / sound.sample_rate);
 }
 
-/// Hash of the folder's files and of their names.
-std::string content_of(const std::filesystem::path& folder) {
-  core::Sha256 hash;
-  for (const auto& name : synth::recording::files_in_folder(folder)) {
-    hash.add(name.generic_string()).add(std::string_view("\n"));
-    hash.add(core::sha256_file(folder / name));
-  }
-  return hash.hex();
-}
-
 NoiseSource read_source(core::ConfigNode& node, const Scene& scene) {
   NoiseSource source;
   source.ratio = node.range("snr", core::Dimension::level, core::Range{10, 40});
@@ -183,7 +172,9 @@ SceneEffect read(core::ConfigNode& root, const Scene& scene) {
       core::at_key(node, "folder", [&] { synth::recording::check_noise_folder(folder, parts); });
     };
     effect.memory = static_cast<double>(source.recordings.memory);
-    effect.content = [folder = source.folder] { return content_of(folder); };
+    effect.content = [folder = source.folder] {
+      return synth::recording::content_of_files(folder);
+    };
   }
   effect.start = [source](const std::filesystem::path&) {
     const auto folder = source.kinds.empty() ? open_folder(source) : nullptr;

@@ -23,8 +23,8 @@ SceneEffect read(core::ConfigNode& root, const Scene& scene) {
                                                  cache.empty() ? cache : cache / "rooms");
     EffectParts parts;
     parts.audio = [room, spectra](Sound& sound) {
-      const auto listeners = relative_listeners(*sound.object);
-      const Room place = room_of(room, sound, listeners);
+      const Room place = room_of(room, sound, relative_listeners(*sound.object));
+      const std::vector<Vec3>& listeners = place.listeners;
       if (sound.record != nullptr) record_room(*sound.record, room, place);
       sound.direct = sound.audio;
       for (std::size_t r = 0; r < sound.rows && r < listeners.size(); ++r) {

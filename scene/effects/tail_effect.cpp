@@ -24,7 +24,7 @@ std::string why_silent(const RoomScene& room, const Scene& scene) {
       rooms.push_back(std::move(edge));
     }
     for (const Room& place : rooms) {
-      for (const Vec3& listener : listeners) {
+      for (const Vec3& listener : place.listeners) {
         const synth::room::TailPlan plan = synth::room::room_tail_plan(
             room_options(room, place, listener, scene.audio.sample_rate, scene.audio.samples(), 0));
         loudest = std::max(loudest, plan.energy_db());
@@ -60,8 +60,8 @@ SceneEffect read(core::ConfigNode& root, const Scene& scene) {
                                                  cache.empty() ? cache : cache / "rooms");
     EffectParts parts;
     parts.audio = [room, spectra](Sound& sound) {
-      const auto listeners = relative_listeners(*sound.object);
-      const Room place = room_of(room, sound, listeners);
+      const Room place = room_of(room, sound, relative_listeners(*sound.object));
+      const std::vector<Vec3>& listeners = place.listeners;
       // Reverberation is made of what the object radiates, not of its early reflections.
       const bool alone = sound.direct.empty();
       if (alone && sound.record != nullptr) record_room(*sound.record, room, place);

@@ -70,12 +70,16 @@ def prepare(folder):
             shutil.copy(file, folder)
     for file in (ROOT / "configs").glob("*-materials.yaml"):
         shutil.copy(file, folder)
-    for name in ("noises", "sounds", "stored"):
+    for name in ("noises", "rooms", "sounds", "stored"):
         (folder / name).mkdir()
     for k in range(3):  # one for each part
         with wave.open(str(folder / "noises" / f"{k}.wav"), "wb") as file:
             file.setparams((1, 2, 8000, 0, "NONE", ""))
             file.writeframes(bytes(range(1, 251)) * 640)
+    for k in range(9):  # likewise, of both splits
+        with wave.open(str(folder / "rooms" / f"{k}.wav"), "wb") as file:
+            file.setparams((1, 2, 8000, 0, "NONE", ""))
+            file.writeframes(bytes((0, 64, k, 0)) + bytes(160))
     (folder / "stored" / "index.h5").touch()
 
 

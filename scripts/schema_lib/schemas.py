@@ -43,8 +43,8 @@ SCENE = ("audio", "strikes", "listeners", "effects", "radiation", "click", "room
 STAND_IN = ("shape", "parameters", "profile", "svg", "svg_height", "profile_axis", "profile_id", "csv", "length")
 # Exactly one of these, or at most one.
 ONE_OF = {"objects[]": ("shape", "mesh", "glob", "manifest", "modelnet"), "noise": ("folder", "kind"),
-          "room": ("absorption", "walls", "rt60"), "motion.bodies[].texture": ("map", "image"),
-          "recordings": ("names", "table")}
+          "room": ("dimensions absorption", "dimensions walls", "dimensions rt60", "responses"),
+          "motion.bodies[].texture": ("map", "image"), "recordings": ("names", "table")}
 
 
 def beside(schema):
@@ -226,7 +226,7 @@ class Maker:
         if wanted:
             schema["required"] = wanted
         if str(node) in ONE_OF:
-            schema["oneOf"] = [{"required": [key]} for key in ONE_OF[str(node)]]
+            schema["oneOf"] = [{"required": keys.split()} for keys in ONE_OF[str(node)]]
         return schema
 
     # Keys that a reader's asks do not say enough of.

@@ -22,11 +22,9 @@ const std::vector<std::string>& material_groups() {
   return groups;
 }
 
-std::string group_of(const std::string& name, const std::vector<Material>& own) {
-  for (const auto* list : {&own, &preset_materials()})
-    for (const Material& material : *list)
-      if (material.name == name) return material.group;
-  return "";
+render::looks::Appearance appearance_of(const Material& material) {
+  if (material.appearance) return *material.appearance;
+  return render::looks::appearance_of(material.name, material.group);
 }
 
 void check_material(const Material& material) {

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "render/looks/appearance.hpp"
 #include "solvers/elements/elastic.hpp"
 #include "synth/damping/damping.hpp"
 
@@ -14,11 +16,15 @@ struct Material {
   damping::DampingModel damping;
   std::string source;      ///< paper and table, handbook for what the table lacks
   std::string group = {};  ///< one of material_groups(); "": not said
+  std::optional<render::looks::Appearance> appearance = {};  ///< its own; nothing: by its name
 };
 
 /// Kinds of materials, which tell how an object looks: metal, wood, stone, ceramic, glass, plastic,
 /// rubber, other.
 const std::vector<std::string>& material_groups();
+
+/// What it looks like: its own appearance, else by its name and group.
+render::looks::Appearance appearance_of(const Material& material);
 
 /// Presets: the rows of share/carillon/materials.yaml, which is within the library; read when they
 /// are first asked for. First those of the papers, every row of their damping parameters:
@@ -48,8 +54,6 @@ const std::vector<Material>& preset_materials();
 Material parse_material(const std::string& text);
 /// The same, where a configuration's or file's own materials come first.
 Material parse_material(const std::string& text, const std::vector<Material>& own);
-/// Group of a material by its name; "" where it has none or there is no such material.
-std::string group_of(const std::string& name, const std::vector<Material>& own);
 /// @throws InputError  modulus or density not positive, nu outside (-1, 0.5), or damping that
 ///                     check_damping() refuses
 void check_material(const Material& material);

@@ -72,6 +72,10 @@ Material read_material(core::ConfigNode node, const std::string& name, const std
   }
   material.source = node.text("citation", path);
   if (node.has("group")) material.group = node.choice("group", material_groups());
+  if (node.has("appearance")) {
+    material.appearance =
+        render::looks::read_appearance(node.child("appearance"), appearance_of(material));
+  }
   node.finish();
   if (const auto fault = material_fault(material)) {
     node.fail(fault->key, fault->message, fault->hint);

@@ -117,6 +117,15 @@ std::size_t quantise(std::span<float> clip, int bits, core::RandomStream* dither
   return beyond;
 }
 
+void stop_at(std::span<float> clip, double end, double fade) {
+  for (std::size_t i = 0; i < clip.size(); ++i) {
+    const double left = end - static_cast<double>(i);
+    if (left >= fade) continue;
+    const double factor = left > 0 ? 0.5 - 0.5 * std::cos(std::numbers::pi * left / fade) : 0.0;
+    clip[i] = static_cast<float>(factor * clip[i]);
+  }
+}
+
 bool silent_after_rounding(std::span<const float> clip, int bits) {
   const double half = step_of(bits) / 2;
   return std::all_of(clip.begin(), clip.end(),

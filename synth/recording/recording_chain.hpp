@@ -33,6 +33,10 @@ std::size_t clip_at(std::span<float> clip, double level);
 /// @throws InputError  bits not from 2 to 24, or a sample is not finite
 std::size_t quantise(std::span<float> clip, int bits, core::RandomStream* dither);
 
+/// Silence from a sample on, after a fade of the shape of a raised cosine that ends there.
+/// @param end, fade  [samples]; an end beyond the clip changes nothing but what the fade takes
+void stop_at(std::span<float> clip, double end, double fade);
+
 /// Whether nothing is left of a clip when it is rounded to `bits` bits without dither.
 bool silent_after_rounding(std::span<const float> clip, int bits);
 

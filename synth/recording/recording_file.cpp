@@ -91,6 +91,19 @@ std::vector<Run> audible_runs(std::span<const float> samples, double sample_rate
   return runs;
 }
 
+std::string content_of_files(const std::filesystem::path& path) {
+  core::Sha256 hash;
+  const auto add = [&hash](const std::filesystem::path& name, const std::filesystem::path& file) {
+    hash.add(name.generic_string()).add(std::string_view("\n")).add(core::sha256_file(file));
+  };
+  if (std::filesystem::is_regular_file(path)) {
+    add(path.filename(), path);
+  } else {
+    for (const auto& name : files_in_folder(path)) add(name, path / name);
+  }
+  return hash.hex();
+}
+
 std::string content_hash(const MonoRecording& recording) {
   return core::Sha256()
       .add(std::span(&recording.sample_rate, 1))

@@ -36,6 +36,11 @@ MonoRecording read_mono(const std::filesystem::path& path, int channel);
 /// found in steps of 10 ms.
 std::vector<Run> audible_runs(std::span<const float> samples, double sample_rate);
 
+/// SHA-256 of a folder's files and of their names, or of one file and its name.
+/// @throws InputError  the folder cannot be read
+/// @throws FileError   a file cannot be read
+std::string content_of_files(const std::filesystem::path& path);
+
 /// SHA-256 of the rate and the samples.
 std::string content_hash(const MonoRecording& recording);
 

@@ -38,11 +38,12 @@ std::vector<double> resample(std::span<const double> samples, double from, doubl
   const soxr_quality_spec_t quality = soxr_quality_spec(SOXR_VHQ, 0);
   // One thread: the ranks share the cores already.
   const soxr_runtime_spec_t runtime = soxr_runtime_spec(1);
-  std::size_t used = 0;
   std::size_t made = 0;
+  // All of the input is taken where nobody asks how much was: else as much as the output's rounded
+  // length needs, and if that is a sample less, the end is never made.
   const soxr_error_t error =
-      soxr_oneshot(from, to, 1, samples.data(), samples.size(), &used, result.data(), result.size(),
-                   &made, &io, &quality, &runtime);
+      soxr_oneshot(from, to, 1, samples.data(), samples.size(), nullptr, result.data(),
+                   result.size(), &made, &io, &quality, &runtime);
   if (error != nullptr) {
     throw core::InputError(fmt::format("resampling from {} Hz to {} Hz: {}", from, to, error));
   }

@@ -2,11 +2,13 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <cmath>
 #include <ctime>
 #include <filesystem>
 #include <vector>
 
 #include "core/temporary_folder.hpp"
+#include "synth/room/measured_responses.hpp"
 #include "synth/room/room.hpp"
 #include "synth/signal/convolution.hpp"
 
@@ -55,9 +57,33 @@ void measure(double rt60) {
       milliseconds(50, [&] { convolver.add(dry, late, wet); }));
 }
 
+/// A measured response of a second, of 48 kHz and of the clips' own rate.
+void measure_responses() {
+  std::vector<double> samples(48000);
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const double t = static_cast<double>(i) / 48000;
+    samples[i] = std::sin(1e4 * static_cast<double>(i * i % 1009)) * std::exp(-14 * t);
+  }
+  const room::MeasuredOptions options;
+  const auto response = room::from_direct_sound(samples, 48000, options);
+  const std::vector<double> wide(response.begin(), response.end());
+  signal::Convolver convolver;
+  const auto spectrum = convolver.prepare(wide, options.count);
+  const std::vector<float> dry(options.count, 0.1F);
+  std::vector<float> wet = dry;
+  fmt::print(
+      "measured, 1 s: cut {:.1f} ms, from 48 kHz {:.1f} ms; spectrum {:.1f} ms; convolving "
+      "{:.2f} ms\n",
+      milliseconds(15, [&] { room::from_direct_sound(samples, 44100, options); }),
+      milliseconds(15, [&] { room::from_direct_sound(samples, 48000, options); }),
+      milliseconds(15, [&] { convolver.prepare(wide, options.count); }),
+      milliseconds(50, [&] { convolver.add(dry, spectrum, wet); }));
+}
+
 }  // namespace
 }  // namespace carillon::synth
 
 int main() {
   for (const double rt60 : {0.5, 1.0}) carillon::synth::measure(rt60);
+  carillon::synth::measure_responses();
 }

@@ -40,7 +40,8 @@ TEST(Configuration, DefaultsAreThoseOfTheGuide) {
   EXPECT_EQ(config.band.max_frequency, 20000);
   EXPECT_EQ(config.band.max_modes, 300);
   EXPECT_EQ(config.scene.audio.samples(), 44100u);
-  EXPECT_FALSE(config.mel || config.voxels || config.camera || config.wav || config.png);
+  EXPECT_FALSE(config.mel || config.voxels || config.wav || config.png);
+  EXPECT_TRUE(config.cameras.empty());
   EXPECT_TRUE(config.scene.listeners.empty());
 }
 
@@ -81,8 +82,34 @@ TEST(Configuration, PicturesAreRefusedWhereNoneAreDrawn) {
   EXPECT_NE(refusal(text).find("-DCARILLON_RENDER=ON"), std::string::npos);
   EXPECT_EQ(refusal(text + "effects: {frames: off}\n"), "accepted");
   // A stored dataset that has some can still be read.
-  EXPECT_TRUE(
-      configuration::read_build_config(text, "test.yaml", {}, scene::effects(), false).camera);
+  EXPECT_FALSE(configuration::read_build_config(text, "test.yaml", {}, scene::effects(), false)
+                   .cameras.empty());
+}
+
+TEST(Configuration, ViewsAreEvenStepsOrAList) {
+  if (render::offscreen() == "none") GTEST_SKIP() << "built without pictures";
+  const auto cameras = [](const std::string& camera) {
+    return read(std::string(minimal) + "camera: {azimuth: 0.5, elevation: 0.2, " + camera + "}\n")
+        .cameras;
+  };
+  const auto four = cameras("views: 4");
+  ASSERT_EQ(four.size(), 4U);
+  for (std::size_t v = 0; v < 4; ++v) {
+    EXPECT_NEAR(four[v].azimuth, 0.5 + 1.5707963 * static_cast<double>(v), 1e-6);
+    EXPECT_EQ(four[v].elevation, 0.2);
+  }
+  const auto listed = cameras("width: 20, views: [{}, {azimuth: 90 deg}, {elevation: 1}]");
+  ASSERT_EQ(listed.size(), 3U);
+  EXPECT_EQ(listed[0].azimuth, 0.5);
+  EXPECT_NEAR(listed[1].azimuth, 1.5707963, 1e-6);
+  EXPECT_EQ(listed[1].elevation, 0.2);
+  EXPECT_EQ(listed[2].elevation, 1);
+  EXPECT_EQ(listed[2].width, 20);
+  for (const char* wrong : {"views: 0", "views: []", "views: [{distance: 1 m}]", "views: many"}) {
+    EXPECT_NE(refusal(std::string(minimal) + "camera: {" + wrong + "}\n").find("views"),
+              std::string::npos)
+        << wrong;
+  }
 }
 
 TEST(Configuration, UnitsAreUnderstood) {

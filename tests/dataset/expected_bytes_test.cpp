@@ -58,6 +58,16 @@ TEST(ExpectedBytes, EveryKindCountsOnce) {
   EXPECT_EQ(run::bytes_text(bytes).find("movies"), std::string::npos);
 }
 
+TEST(ExpectedBytes, FramesGoWithMaterialsAndViews) {
+  const auto pictures = [](const std::string& camera) {
+    return run::expected_bytes(build_of("camera: {width: 256, height: 256" + camera + "}\n"))
+        .pictures;
+  };
+  const double one = pictures("");
+  EXPECT_GT(pictures(", views: 3"), 2 * one);
+  EXPECT_NEAR(pictures(", views: 5") - one, 2 * (pictures(", views: 3") - one), 1e-6 * one);
+}
+
 TEST(ExpectedShapes, ATargetThatIsHardToMeetTakesAnotherStep) {
   const auto bar_of = [](const std::string& cents) {
     const run::LoadedBuild build = build_of("solver: {pitch_cents: " + cents + "}\n");

@@ -194,6 +194,29 @@ TEST(Plan, DampingNamesTheLineOfItsMaterials) {
             "materials: (test.yaml:2), every material has damping");
 }
 
+TEST(Plan, ObjectsAreDrawnInEveryMaterialThatTheySoundIn) {
+  if (render::offscreen() == "none") GTEST_SKIP() << "built without pictures";
+  using Names = std::vector<std::string>;
+  const std::string objects =
+      "objects: [{shape: bar, materials: [steel, wood], sizes: [1, 2]}, {shape: disc, materials: "
+      "[glass]}]\ncamera: {width: 40, height: 20, views: 3}\n";
+  const configuration::BuildConfig config = config_of(objects);
+  const plan::BuildPlan all = plan::make_plan(config);
+  EXPECT_EQ(plan::pictured_materials(all.shapes[0]), (Names{"steel", "wood"}));
+  EXPECT_EQ(plan::pictured_materials(all.shapes[1]), Names{"glass"});
+  EXPECT_EQ(plan::pictures(all), 3U);
+  EXPECT_EQ(plan::picture_name(all.shapes[0], "wood", 0), "pictures/bar-000.wood.png");
+  EXPECT_EQ(plan::picture_name(all.shapes[0], "wood", 1), "pictures/bar-000.wood.2.png");
+  const plan::BuildPlan last =
+      plan::make_plan(config_of(objects + "variants: {material_choice: last}\n"));
+  EXPECT_EQ(plan::pictured_materials(last.shapes[0]), Names{"wood"});
+  // Of one and a half materials in the mean, three views each.
+  const configuration::BuildConfig one =
+      config_of("objects: [{shape: bar, materials: [steel]}]\ncamera: {width: 40, height: 20}\n");
+  EXPECT_NEAR(effect_of(config, "frames").seconds_per_shape,
+              4.5 * effect_of(one, "frames").seconds_per_shape, 1e-12);
+}
+
 // A program that never registered a view, and one that has it off, read the same build.
 TEST(Plan, ViewsThatAreOffAreNeverRegistered) {
   if (render::offscreen() == "none") GTEST_SKIP() << "built without pictures";
@@ -210,14 +233,15 @@ TEST(Plan, ViewsThatAreOffAreNeverRegistered) {
     const std::string off = fmt::format("{}effects: {{{}: off}}\n", key, name);
     for (const std::string& more : {std::string(), off}) {
       const configuration::BuildConfig config = config_of(bar + more);
-      EXPECT_FALSE(config.mel || config.voxels || config.camera) << more;
+      EXPECT_FALSE(config.mel || config.voxels) << more;
+      EXPECT_TRUE(config.cameras.empty()) << more;
       EXPECT_EQ(plan::fingerprint(config, plan::make_plan(config)),
                 plan::fingerprint(never, plan::make_plan(never)));
       EXPECT_EQ(config.scene.seconds_per_shape(), never.scene.seconds_per_shape());
       EXPECT_EQ(config.scene.seconds_per_sound(60), never.scene.seconds_per_sound(60));
     }
     const configuration::BuildConfig on = config_of(bar + key);
-    EXPECT_TRUE(on.mel || on.voxels || on.camera) << key;
+    EXPECT_TRUE(on.mel || on.voxels || !on.cameras.empty()) << key;
   }
 }
 

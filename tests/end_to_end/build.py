@@ -27,7 +27,7 @@ audio: {seconds: 0.5 s, sample_rate: 22050 Hz}
 strikes: {per_object: 3, spread: 15 deg}
 mel: {bands: 32, frames: 9}
 voxels: {resolution: 16}
-camera: {width: 64, height: 48}
+camera: {width: 64, height: 48, views: 3}
 files: {wav: true, png: true}
 split: {validation: 0.3, test: 0.3}
 """
@@ -63,7 +63,15 @@ class Build(FolderTest):
             self.assertEqual(index["mel"].shape, (SAMPLES, 32, 9))
             self.assertEqual(index["mel"].attrs["fft_size"], 2048)
             self.assertEqual(index["shapes/voxels"].shape, (4, 16, 16, 16))
-            self.assertEqual(index["shapes/frame"].shape, (4, 48, 64, 3))
+            # Each object in both materials, seen from three sides.
+            frames = index["appearances/frame"]
+            self.assertEqual(frames.shape, (8, 3, 48, 64, 3))
+            own = index["appearance_index"][()]
+            for column in ("shape", "material"):
+                of_frames = index[f"appearances/{column}"].asstr()[()]
+                self.assertEqual(list(index[column].asstr()[()]), [of_frames[i] for i in own])
+            pictures = {frames[i, v].tobytes() for i in range(8) for v in range(3)}
+            self.assertGreaterEqual(len(pictures), 8 * 2)  # discs and tubes look alike from all sides
             names = index["shapes/shape"].asstr()[()]
             rows = index["shape_index"][()]
             self.assertEqual(list(index["shape"].asstr()[()]), [names[i] for i in rows])
@@ -71,7 +79,9 @@ class Build(FolderTest):
             for split in ("split_shape", "split_strike"):
                 self.assertLessEqual(set(index[split].asstr()[()]), {"train", "validation", "test"})
         self.assertEqual(len(list((self.output / "sounds").rglob("*.wav"))), SAMPLES)
-        self.assertEqual(len(list((self.output / "pictures").glob("*.png"))), 4)
+        names = {path.name for path in (self.output / "pictures").iterdir()}
+        self.assertEqual(len(names), 4 * 2 * 3)
+        self.assertLessEqual({"bar-000.steel.png", "bar-000.glass.png", "bar-000.glass.2.png"}, names)
 
     def test_sounds_ring_and_decay(self):
         with h5py.File(self.output / "index.h5") as index:

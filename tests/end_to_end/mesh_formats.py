@@ -267,7 +267,7 @@ class Datasets(FolderTest):
 
         def reds_and_blues(name):
             with h5py.File(output / "modes" / f"{name}.h5") as file:
-                picture = file["frame"][0].astype(int)
+                picture = file["appearances/frame"][0, 0].astype(int)
             red = (picture[..., 0] > picture[..., 2] + 60).sum()
             blue = (picture[..., 2] > picture[..., 0] + 60).sum()
             return red, blue

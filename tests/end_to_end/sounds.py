@@ -197,7 +197,8 @@ class Builds(FolderTest):
         for name, values in stored.items():
             self.assertEqual(seen[name], values, name)
         new = {name.split(":")[1] for name in set(seen) - set(stored)}
-        self.assertEqual(new, {"mel", "voxels", "voxel_pitch", "voxel_origin", "frame"})
+        self.assertEqual(new, {"mel", "voxels", "voxel_pitch", "voxel_origin", "appearances/material",
+                               "appearances/frame"})
 
 
 class Documents(unittest.TestCase):

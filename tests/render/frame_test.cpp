@@ -222,9 +222,13 @@ TEST(Frame, MaterialsLookDifferent) {
 
 TEST(Appearance, IsOfTheLastKnownWordElseOfTheGroup) {
   EXPECT_EQ(appearance_of("bell_bronze").color, appearance_of("phosphor_bronze").color);
-  EXPECT_EQ(appearance_of("lead_glass").color, appearance_of("glass").color);
+  EXPECT_EQ(appearance_of("crown_glass").color, appearance_of("glass").color);
   EXPECT_EQ(appearance_of("sterling_steel_hybrid").color, appearance_of("steel").color);
   EXPECT_EQ(appearance_of("titanium_6al4v").metallic, 1);
+  // Two words say more than one.
+  EXPECT_EQ(appearance_of("glass_fibre").transmission, 0);
+  EXPECT_EQ(appearance_of("nickel_silver").metallic, 1);
+  EXPECT_NE(appearance_of("nickel_silver").color, appearance_of("silver").color);
   EXPECT_EQ(appearance_of("plywood", "wood").metallic, 0);
   EXPECT_NE(appearance_of("plywood", "wood").color, Appearance{}.color);
   EXPECT_EQ(appearance_of("zamak", "metal").metallic, 1);

@@ -204,6 +204,40 @@ TEST(Voxels, QuarterTurnsPermuteCells) {
   }
 }
 
+TEST(Voxels, TurnedCopiesStandUprightInCellsOfOneSize) {
+  auto body = box({0, 0, 0}, {1, 0.43, 0.31});
+  append(body, sphere(0.17, 24), false);
+  const Eigen::Matrix3d skew =
+      Eigen::AngleAxisd(0.3, Vec3(1, 2, 3).normalized()).toRotationMatrix();
+  transform(body, skew, Vec3(0.1, 0.2, 0.3));
+  const std::vector<VoxelGrid> grids =
+      voxelize_turned(body, {.resolution = 30, .fill = VoxelFill::outer, .turns = 12});
+  ASSERT_EQ(grids.size(), 12U);
+  const double volume = static_cast<double>(filled(grids.front()));
+  long longest = 0;
+  for (std::size_t k = 0; k < 12; ++k) {
+    EXPECT_EQ(grids[k].pitch, grids.front().pitch);
+    EXPECT_NEAR(static_cast<double>(filled(grids[k])), volume, 0.1 * volume) << k;
+    // A quarter turn later the same cells, permuted.
+    const VoxelGrid& later = grids[(k + 3) % 12];
+    int different = 0;
+    for (int x = 0; x < 30; ++x) {
+      for (int y = 0; y < 30; ++y) {
+        for (int z = 0; z < 30; ++z) {
+          different += at(grids[k], x, y, z) != at(later, 29 - y, x, z);
+          if (at(grids[k], x, y, z) != 0) longest = std::max<long>(longest, x);
+        }
+      }
+    }
+    EXPECT_LE(different, 4) << k;  // where rounding puts a face into the next cell
+  }
+  EXPECT_EQ(longest, 29);  // some copy fills the grid
+  EXPECT_NE(grids[0].cells, grids[1].cells);
+  EXPECT_EQ(voxelize_turned(body, {.turns = 1}).front().cells,
+            voxels_of(body, VoxelFill::outer).cells);
+  EXPECT_THROW(voxelize_turned(body, {.turns = 0}), core::InputError);
+}
+
 TEST(Voxels, QuarterTurnsPermuteCellsOfAlignedBodies) {
   // Every face lies between two cells.
   const VoxelGrid a = voxels_of(box({0, 0, 0}, {0.30, 0.12, 0.06}), VoxelFill::outer);

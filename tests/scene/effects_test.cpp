@@ -8,6 +8,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "core/audio.hpp"
 #include "core/error.hpp"
 #include "core/temporary_folder.hpp"
 #include "scene/chain.hpp"
@@ -25,7 +26,9 @@ const std::map<std::string, std::string>& calls() {
        "radiation: {min_sources: 40, max_sources: 40}\n"},
       {"supports", "supports: {contacts: [{kind: finger, count: 2}]}\n"},
       {"noise", "noise: {kind: [white, pink], snr: [10 dB, 20 dB]}\n"},
-      {"recording", "recording: {shift: [0 s, 0.02 s], gain: [-6 dB, 6 dB], clip: 1, bits: 16}\n"},
+      {"recording",
+       "recording: {low_cut: 40 Hz, high_cut: 7 kHz, codec: vorbis, length: 0.1 s, shift: [0 s, "
+       "0.02 s], gain: [-6 dB, 6 dB], clip: 1, bits: 16}\n"},
       {"striker", "striker: {kind: [metal, wood], speed: [0.5 m/s, 2 m/s]}\n"},
       {"click", "click: {held: false}\n"},
       // Of its reflections and of its tail.
@@ -34,13 +37,28 @@ const std::map<std::string, std::string>& calls() {
   return text;
 }
 
+/// A room that was measured, in the place of the simulated one.
+std::string measured_room() {
+  static const core::TemporaryFolder folder;
+  static const std::string file = (folder / "hall.wav").string();
+  if (!std::filesystem::exists(file)) {
+    core::AudioClip clip;
+    clip.sample_rate = 16000;
+    clip.samples = {1, 0, 0, 0.5, 0, -0.25, 0};
+    core::write_wav(file, clip, core::SampleFormat::float32);
+  }
+  return "room: {responses: " + file + "}\n";
+}
+
 /// A scene with everything but one effect.
 /// @param about  the effect that the scene is for: what would stand in its place is left out
 std::string scene_without(const std::string& name, const std::string& about) {
   std::string text = "audio: {seconds: 0.2, sample_rate: 16000}\n";
   for (const auto& [effect, keys] : calls()) {
     // A striker gives the force that the contact pulse would.
-    if (effect != name && !(about == "contact" && effect == "striker")) text += keys;
+    if (effect == (name == "response" ? "room" : name)) continue;
+    if (about == "contact" && effect == "striker") continue;
+    text += about == "response" && effect == "room" ? measured_room() : keys;
   }
   std::string switches;
   for (const Effect& effect : effects()) {
@@ -165,7 +183,9 @@ TEST(Effects, OfAirAreOffWhereRadiationIs) {
     }
     for (const PlannedEffect& effect : plan_effects(scene)) {
       if (effect.name == "room") {
-        EXPECT_EQ(effect.reason, "radiation is off: the dry signal is no pressure");
+        EXPECT_EQ(effect.reason,
+                  "radiation is off: the dry signal is no pressure; `room.input: dry` takes "
+                  "the dry sound");
       }
     }
   }
@@ -256,6 +276,11 @@ TEST(Effects, RecordEveryColumnThatIsTheirs) {
     if (effect != "supports") text += keys;
   }
   std::set<std::string> recorded;
+  const std::string dry_room = "room: {input: dry, dimensions: [5, 4, 3], rt60: [0.2, 0.4]}\n";
+  for (const std::string& other : {calls().at("radiation") + measured_room(), dry_room}) {
+    const Heard heard = hear(other);
+    for (const auto& [name, value] : heard.record.items()) recorded.insert(name);
+  }
   for (const std::string coupling : {"full", "diagonal"}) {
     const Heard heard = hear(fmt::format(
         "{}supports: {{coupling: {}, contacts: [{{kind: finger, count: 2, pool: 3}}]}}\n", text,

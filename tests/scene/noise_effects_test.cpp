@@ -214,6 +214,38 @@ TEST(RecordingEffect, ShiftsBeforeAndConvertsAtFullScale) {
   EXPECT_EQ(row.at("recording_silent"), 0);
 }
 
+TEST(RecordingEffect, SetsThePeakLimitsTheBandAndStops) {
+  const EffectParts working =
+      read(recording_effect,
+           "recording: {low_cut: 50 Hz, high_cut: [2 kHz, 3 kHz], peak: [-12 dB, -6 dB], "
+           "codec: [mp3], compression: 0.2, length: 0.2 s, shift: 0.1 s}\n")
+          .start("");
+  core::Columns record(columns());
+  Sound sound = decay(&record);
+  working.audio(sound);
+  working.full_scale(sound);
+  const auto row = record.last_row();
+  EXPECT_EQ(row.at("recording_low_cut"), 50);
+  EXPECT_GE(row.at("recording_high_cut").get<double>(), 2000);
+  EXPECT_LE(row.at("recording_high_cut").get<double>(), 3000);
+  EXPECT_EQ(row.at("recording_codec"), "mp3");
+  EXPECT_EQ(row.at("recording_length"), 0.2);
+  float loudest = 0;
+  const auto end = static_cast<std::size_t>(0.3 * rate);
+  for (std::size_t i = 0; i < sound.row(0).size(); ++i) {
+    loudest = std::max(loudest, std::abs(sound.row(0)[i]));
+    if (i >= end) EXPECT_EQ(sound.row(0)[i], 0) << i;
+  }
+  EXPECT_GT(loudest, 0.2);  // -12 dB, the other row may be louder and the codec change it
+  EXPECT_LT(loudest, 0.6);
+  for (const char* wrong : {"gain: 1 dB, peak: 0 dB", "high_cut: 30 kHz", "low_cut: 0 Hz",
+                            "codec: flac", "compression: 1", "length: 0 s"}) {
+    EXPECT_THROW(read(recording_effect, std::string("recording: {") + wrong + "}\n"),
+                 core::ConfigError)
+        << wrong;
+  }
+}
+
 TEST(RecordingEffect, TellsOfAnInt16ClipThatRoundsToNothing) {
   for (const auto format : {core::SampleFormat::int16, core::SampleFormat::float32}) {
     const EffectParts working =

@@ -51,8 +51,10 @@ TEST(RoomEffect, SaysWhyItIsOff) {
   const std::string room = "room: {dimensions: [5, 4, 3], source: [1, 1, 1], absorption: 0.3}\n";
   EXPECT_EQ(read(room_effect, "{}").reason_off, "no room:");
   EXPECT_EQ(read(tail_effect, "{}").reason_off, "no room:");
-  EXPECT_EQ(read(room_effect, room, scene_with({})).reason_off, "no listener is placed");
-  EXPECT_EQ(read(tail_effect, room, scene_with({})).reason_off, "no listener is placed");
+  for (const Effect* effect : {&room_effect, &tail_effect}) {
+    EXPECT_EQ(read(*effect, room, scene_with({})).reason_off,
+              "no listener is placed; `room.input: dry` takes the dry sound");
+  }
   EXPECT_EQ(read(room_effect, room).reason_off, "");
   EXPECT_EQ(read(tail_effect, room).reason_off, "");
   EXPECT_EQ(read(room_effect, "\n" + room).asked_by, "room: (room.yaml:2)");
@@ -243,6 +245,16 @@ TEST(RoomEffect, ResponsesCountInThePlan) {
   const std::string shared =
       "room: {dimensions: [5, 4, 3], source: [1, 1, 1], absorption: 0.3, image_order: 20}\n";
   EXPECT_LT(read(room_effect, shared).seconds_per_sound, cost("20") / 4);
+  // Of a shape in ten materials ten times as many sounds share a response.
+  Scene materials = scene_with();
+  materials.strikes.per_object = 100;
+  const std::string pool = "room: {dimensions: [5, 4, 3], absorption: 0.3, image_order: 20}\n";
+  const double alone = read(room_effect, pool, materials).seconds_per_sound;
+  materials.variants = 10;
+  const double together = read(room_effect, pool, materials).seconds_per_sound;
+  materials.strikes.per_object = 1000000;
+  const double convolution = read(room_effect, pool, materials).seconds_per_sound;
+  EXPECT_NEAR((alone - convolution) / (together - convolution), 10, 0.1);
 }
 
 // A shape's strikes draw from one pool for each part that strikes are split into.

@@ -192,11 +192,47 @@ TEST(ReadMaterials, ReadsNamesAndFieldsInOrder) {
   EXPECT_EQ(materials[0].damping.parameters[0], 2);
   EXPECT_EQ(materials[0].source, "foundry's data sheet");
   EXPECT_EQ(materials[0].group, "metal");
-  EXPECT_EQ(material::group_of("bell_bronze", materials), "metal");
-  EXPECT_EQ(material::group_of("aerogel", materials), "");
-  EXPECT_EQ(material::group_of("walnut", materials), "wood");
   EXPECT_EQ(materials[1].damping.parameters[1], 0);
   EXPECT_EQ(material::parse_material("aerogel", materials).elastic.density, 100);
+}
+
+TEST(PresetMaterials, EachLooksLikeWhatItIs) {
+  const Vec3 unknown = render::looks::Appearance{}.color;
+  for (const material::Material& preset : material::preset_materials()) {
+    const render::looks::Appearance look = material::appearance_of(preset);
+    EXPECT_NE(look.color, unknown) << preset.name;
+    EXPECT_EQ(look.metallic, preset.group == "metal" ? 1 : 0) << preset.name;
+    const bool wooden = preset.group == "wood" && preset.name != "chipboard";
+    EXPECT_EQ(look.grain == render::looks::Grain::wood, wooden) << preset.name;
+    if (preset.group == "glass") EXPECT_GT(look.transmission, 0.2) << preset.name;
+    if (preset.group == "rubber") EXPECT_GT(look.roughness, 0.6) << preset.name;
+  }
+}
+
+TEST(ReadMaterials, HaveTheLooksThatTheyStateElseThoseOfTheirName) {
+  const core::TemporaryFolder folder;
+  const std::string path = folder / "own.yaml";
+  std::ofstream(path)
+      << "brushed_steel: {youngs_modulus: 2e11, poisson_ratio: 0.3, density: 7800,\n"
+         "                appearance: {roughness: 0.6}}\n"
+         "lid: {youngs_modulus: 2e9, poisson_ratio: 0.3, density: 1000, group: plastic}\n";
+  const auto own = material::read_materials(path);
+  ASSERT_TRUE(own[0].appearance);
+  const render::looks::Appearance brushed = material::appearance_of(own[0]);
+  EXPECT_EQ(brushed.roughness, 0.6);
+  EXPECT_EQ(brushed.color, render::looks::appearance_of("steel").color);
+  EXPECT_FALSE(own[1].appearance);
+  EXPECT_EQ(material::appearance_of(own[1]).color,
+            render::looks::appearance_of("", "plastic").color);
+  std::ofstream(path) << "lid: {youngs_modulus: 2e9, poisson_ratio: 0.3, density: 1000,\n"
+                         "      appearance: {colour: [1, 0, 0]}}\n";
+  try {
+    material::read_materials(path);
+    FAIL() << "accepted";
+  } catch (const core::ConfigError& error) {
+    EXPECT_TRUE(contains(error.what(), "own.yaml:2:")) << error.what();
+    EXPECT_TRUE(contains(error.what(), "base_colour")) << error.what();
+  }
 }
 
 TEST(ReadMaterials, PointsAtTheLine) {

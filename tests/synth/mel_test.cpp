@@ -4,7 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <numeric>
+#include <string>
+#include <utility>
 
 #include "core/error.hpp"
 
@@ -124,10 +127,10 @@ TEST(MelSpectrogram, ScalesWithPower) {
 
 TEST(MelSpectrogram, ShortAndEmptyClips) {
   const signal::MelSpectrogram mel{signal::MelOptions{}};
-  EXPECT_EQ(signal::mel_frames(0, {}), 1);
-  EXPECT_EQ(signal::mel_frames(1836, {}), 1);
-  EXPECT_EQ(signal::mel_frames(1837, {}), 2);
-  EXPECT_EQ(signal::mel_frames(44100, {}), 25);
+  const std::pair<std::size_t, int> frames[] = {{0, 1}, {1836, 1}, {1837, 2}, {44100, 25}};
+  for (const auto& [count, expected] : frames) {
+    EXPECT_EQ(signal::mel_extent(count, {}).frames, expected) << count;
+  }
   EXPECT_EQ(sum_of(mel(std::vector<float>{})), 0);
   // A single sample lies under the window's middle, where it is 1: a flat spectrum.
   const std::vector<float> power = mel(std::vector<float>{0.5f});
@@ -151,7 +154,80 @@ TEST(MelSpectrogram, RefusesImpossibleDefinitions) {
   EXPECT_THROW(with([](auto& o) { o.sample_rate = 0; })(), core::InputError);
   EXPECT_THROW(with([](auto& o) { o.max_frequency = 30000; })(), core::InputError);
   EXPECT_THROW(with([](auto& o) { o.min_frequency = 23000; })(), core::InputError);
-  EXPECT_THROW(signal::mel_frames(10, {.hop = 0}), core::InputError);
+  EXPECT_THROW(signal::mel_extent(10, {.hop = 0}), core::InputError);
+  EXPECT_THROW(with([](auto& o) { o.resized_bands = 65; })(), core::InputError);
+}
+
+// Of 128 bands and 29 frames (an overlap of 25 %) 64 and 25: each new band is the mean of two, each
+// new frame of 29/25 old ones.
+TEST(MelSpectrogram, IsMadeSmallerByMeansOfWhatEachCellCovers) {
+  signal::MelOptions options;
+  options.hop = 1536;
+  options.bands = 128;
+  const std::vector<float> clip = two_decays();
+  const std::vector<float> all = signal::MelSpectrogram(options)(clip);
+  ASSERT_EQ(all.size(), 128u * 29u);
+  options.resized_bands = 64;
+  options.resized_frames = 25;
+  const signal::MelExtent extent = signal::mel_extent(clip.size(), options);
+  EXPECT_EQ(extent.bands, 64);
+  EXPECT_EQ(extent.frames, 25);
+  const std::vector<float> fewer = signal::MelSpectrogram(options)(clip);
+  ASSERT_EQ(fewer.size(), 64u * 25u);
+  for (std::size_t band = 0; band < 64; ++band) {
+    double whole = 0, made = 0;
+    for (std::size_t i = 0; i < 29; ++i)
+      whole += all[2 * band * 29 + i] + all[(2 * band + 1) * 29 + i];
+    for (std::size_t i = 0; i < 25; ++i) made += fewer[band * 25 + i];
+    EXPECT_NEAR(made / 25, whole / 58, 1e-6 * whole / 58) << band;  // means stay
+    const auto old = [&](std::size_t frame) {
+      return (all[2 * band * 29 + frame] + all[(2 * band + 1) * 29 + frame]) / 2.0;
+    };
+    const double second = 25.0 / 29 * (21.0 / 25 * old(1) + 8.0 / 25 * old(2));
+    EXPECT_NEAR(fewer[band * 25 + 1], second, 1e-6 * second) << band;
+  }
+  EXPECT_THROW(signal::MelSpectrogram{options}(std::span(clip).first(20000)), core::InputError);
+}
+
+TEST(MelSpectrogram, RefusesBandsThatHoldNoBinAndNamesWhatIsResolved) {
+  signal::MelOptions options;
+  options.fft_size = 512;
+  options.bands = 128;
+  // The closed form of Slaney's linear part: a bin each 86 Hz, triangles of 62 Hz below 1 kHz.
+  const int empty = signal::empty_mel_bands(options);
+  EXPECT_GT(empty, 0);
+  try {
+    signal::MelSpectrogram mel(options);
+    FAIL() << "bands without a bin were taken";
+  } catch (const core::InputError& error) {
+    const std::string text = error.what();
+    EXPECT_NE(text.find(std::to_string(empty) + " of 128 bands hold no bin of an FFT of 512"),
+              std::string::npos)
+        << text;
+  }
+  // What the message names is the border.
+  for (int bands = 1; bands <= 128; ++bands) {
+    options.bands = bands;
+    const std::string named = signal::resolved_mel_bands(options);
+    if (signal::empty_mel_bands(options) == 0) {
+      const signal::MelSpectrogram mel(options);
+      for (std::size_t band = 0; band < static_cast<std::size_t>(bands); ++band) {
+        const auto first = mel.filters().begin() + static_cast<std::ptrdiff_t>(257 * band);
+        EXPECT_GT(*std::max_element(first, first + 257), 0) << band << " of " << bands;
+      }
+    } else {
+      int most = 0, size = 0;
+      ASSERT_EQ(std::sscanf(named.c_str(), "at most %d bands, or an FFT of %d", &most, &size), 2);
+      options.bands = most;
+      EXPECT_EQ(signal::empty_mel_bands(options), 0) << named;
+      options.bands = bands;
+      options.fft_size = size;
+      EXPECT_EQ(signal::empty_mel_bands(options), 0) << named;
+      options.fft_size = size / 2;
+      EXPECT_GT(signal::empty_mel_bands(options), 0) << named;
+      options.fft_size = 512;
+    }
+  }
 }
 
 }  // namespace

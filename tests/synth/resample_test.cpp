@@ -65,6 +65,25 @@ TEST(Resample, OfNothingAndOfOneSample) {
   EXPECT_TRUE(signal::resample(one, 48000, 8000).empty());
 }
 
+// Where the output's rounded length needs a sample less than there are, the end (of short ones all)
+// was silent.
+TEST(Resample, EndsAreThoseOfALongerSignal) {
+  for (const double from : {44100.0, 48000.0, 192000.0}) {
+    for (const double to : {8000.0, 16000.0, 44100.0}) {
+      for (std::size_t count : {40, 999, 1000, 1001, 3000, 8000, 20000}) {
+        std::vector<double> samples = some_noise(count, static_cast<unsigned>(count));
+        const auto made = signal::resample(samples, from, to);
+        samples.resize(count + 20000, 0.0);
+        const auto longer = signal::resample(samples, from, to);
+        // The last sample of a fraction may be missing.
+        for (std::size_t i = 0; i + 1 < made.size(); ++i) {
+          ASSERT_NEAR(made[i], longer[i], 1e-6) << from << " " << to << " " << count << " " << i;
+        }
+      }
+    }
+  }
+}
+
 TEST(Resample, RefusesImpossibleRatesAndSamples) {
   const std::vector<double> one = {1.0};
   const double nan = std::numeric_limits<double>::quiet_NaN();

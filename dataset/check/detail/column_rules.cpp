@@ -26,8 +26,8 @@ core::Extent wanted_inner(const std::string& inner, const configuration::BuildCo
   if (inner == "listeners") return {rows};
   core::Extent last = {samples};
   if (inner == "mel" && config.mel) {
-    last = {static_cast<std::uint64_t>(config.mel->bands),
-            static_cast<std::uint64_t>(synth::signal::mel_frames(samples, *config.mel))};
+    const synth::signal::MelExtent mel = synth::signal::mel_extent(samples, *config.mel);
+    last = {static_cast<std::uint64_t>(mel.bands), static_cast<std::uint64_t>(mel.frames)};
   }
   if (inner != "audio" && inner != "mel") {
     core::Extent extent;

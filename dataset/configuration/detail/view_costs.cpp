@@ -15,7 +15,7 @@ constexpr double seconds_per_cell = 2e-7;       ///< of a voxel grid, compressio
 constexpr double seconds_per_pixel = 2e-6;      ///< of a frame, likewise
 
 double mel_seconds(const synth::signal::MelOptions& mel, std::size_t samples) {
-  const double frames = synth::signal::mel_frames(samples, mel);
+  const double frames = 1 + static_cast<double>(samples) / mel.hop;
   const double bins = mel.fft_size / 2 + 1;
   return frames * (seconds_per_weight * mel.bands * bins + seconds_per_point * mel.fft_size);
 }
@@ -57,6 +57,15 @@ double traced_bytes(const scene::motion::MotionConfig& motion) {
   return sizeof(float) * std::min(texels, static_cast<double>(synth::motion::max_traced_texels));
 }
 
+/// Materials that an object sounds in, in the mean over the entries of `objects`.
+double pictured_materials(const BuildConfig& config) {
+  if (config.sounding.materials != Which::all) return 1;
+  double sum = 0;
+  for (const ObjectSource& source : config.objects)
+    sum += static_cast<double>(std::max<std::size_t>(source.object.materials.size(), 1));
+  return sum / static_cast<double>(config.objects.size());
+}
+
 }  // namespace
 
 void price_views(BuildConfig& config) {
@@ -66,9 +75,12 @@ void price_views(BuildConfig& config) {
     if (name == "mel" && config.mel) {
       effect.seconds_per_sound = mel_seconds(*config.mel, config.scene.audio.samples());
     } else if (name == "voxels" && config.voxels) {
-      effect.seconds_per_shape = seconds_per_cell * std::pow(config.voxels->resolution, 3);
-    } else if (name == "frames" && config.camera) {
-      effect.seconds_per_shape = seconds_per_pixel * config.camera->width * config.camera->height;
+      effect.seconds_per_shape =
+          seconds_per_cell * config.voxels->turns * std::pow(config.voxels->resolution, 3);
+    } else if (name == "frames") {
+      const double materials = pictured_materials(config);
+      for (const render::Camera& camera : config.cameras)
+        effect.seconds_per_shape += materials * seconds_per_pixel * camera.width * camera.height;
     } else if (name == "lasting_contacts" && config.motion) {
       effect.memory = traced_bytes(*config.motion);
       effect.seconds_by_modes = [seconds = motion_seconds(config, name)](int) { return seconds; };

@@ -7,6 +7,7 @@
 #include <regex>
 
 #include "dataset/exporters/detail/hub_license.hpp"
+#include "dataset/stored/shared_rows.hpp"
 
 namespace carillon::dataset::exporters {
 
@@ -55,8 +56,7 @@ std::string label_features(const ExportedRows& rows, const std::string& margin) 
 
 /// A .npy member: nested lists, as the Hub's loader makes of arrays.
 std::string array_feature(const std::string& name, const core::Hdf5Group& index) {
-  const bool own = index.has(name) && !index.is_group(name);
-  const std::string path = own ? name : "shapes/" + name;
+  const std::string path = stored::find_array(index, name).path;
   const std::string type = index.element_type(path);
   const std::size_t axes = index.extent(path).size() - 1;
   if (axes == 0) return feature("  ", name + ".npy", type);

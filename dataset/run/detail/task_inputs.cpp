@@ -36,6 +36,11 @@ void add_material(core::Sha256& hash, const synth::material::Material& material)
   hash.add(std::span<const double>(material.damping.parameters));
 }
 
+/// What the frames of a material show; those of before had none of a material's own.
+void add_appearance(core::Sha256& hash, const synth::material::Material& material) {
+  hash.add(render::looks::to_json(appearance_of(material)).dump());
+}
+
 void add_strike(core::Sha256& hash, const scene::GivenStrike& strike) {
   const Vec3 direction = strike.direction.value_or(Vec3::Zero());
   const std::vector<double> force = {strike.impulse, strike.contact_time};
@@ -69,17 +74,20 @@ std::string TaskInputs::of_shape(std::size_t index) const {
   hash.add(common_).add(shape.id).add("\n").add(shape.family).add("\n").add(shape.identity);
   hash.add(shape.sha256);
   hash.add(shape.split_shape).add(solvers::mesh::to_json(shape.request).dump());
+  const bool is_drawn = !config_.cameras.empty() || (config_.motion && config_.motion->camera);
+  const auto add = [&](const std::string& name) {
+    const auto material = scene::object_material(source.object, name, config_.own_materials);
+    add_material(hash, material);
+    if (is_drawn) add_appearance(hash, material);
+  };
   // The modes of an object serve all its materials and sizes: their bits depend on every one.
   for (const plan::Variant& variant : shape.variants) {
     hash.add(fmt::format("{} {}\n", variant.material, plan::size_name(variant)));
-    if (source.object.groups.empty()) {
-      add_material(hash,
-                   scene::object_material(source.object, variant.material, config_.own_materials));
-    }
+    if (source.object.groups.empty()) add(variant.material);
   }
   for (const auto& [group, name] : source.object.groups) {
     hash.add(group).add("\n");
-    add_material(hash, scene::object_material(source.object, name, config_.own_materials));
+    add(name);
   }
   return hash.hex();
 }

@@ -53,12 +53,11 @@ render::Scene picture_of(const SimulationStage& stage, const scene::motion::Moti
     }
     const Actor& actor = *stage.actors[b];
     body.mesh = actor.surface;
-    const synth::material::Material& material = actor.ringing.materials->front();
-    body.appearance = render::appearance_of(material.name, material.group);
-    body.appearance.colours = actor.colours;
+    body.appearance = actor.appearance;
     body.texture = stage.moving[b].texture;
     if (const auto& texture = motion.bodies[b - first].texture) {
       body.appearance = look_of(*texture).value_or(body.appearance);
+      body.appearance.grain = render::looks::Grain::none;  // the texture's face has none
       body.deep_color = deep_color;
     }
     scene.bodies.push_back(std::move(body));

@@ -108,11 +108,15 @@ std::vector<SweepValue> values_of(const SweepRange& range) {
   return values;
 }
 
+SweepValue value_between(const SweepRange& range, double fraction) {
+  return with_unit(fmt::format("{:.6g}", between(range, fraction)), range.unit);
+}
+
 SweepValue draw_value(const std::vector<SweepValue>& values, const std::optional<SweepRange>& range,
                       std::uint64_t seed, const std::string& key, std::int64_t draw) {
   core::RandomStream random(seed, core::stable_hash(fmt::format("{}/{}", key, draw)), "sweep");
   if (range && range->continuous()) {
-    return with_unit(fmt::format("{:.6g}", between(*range, random.uniform())), range->unit);
+    return value_between(*range, random.uniform());
   }
   return values[random.index(values.size())];
 }

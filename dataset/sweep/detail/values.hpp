@@ -6,29 +6,16 @@
 
 #include "core/config.hpp"
 #include "core/config_tree.hpp"
+#include "dataset/sweep/sweep.hpp"
 
 namespace carillon::dataset::sweep {
-
-/// `{from: 0.2 s, to: 1 s, count: 5, spacing: log}`: numbers in one unit.
-struct SweepRange {
-  double from = 0, to = 0;
-  std::string unit;  ///< as it was written; "" for bare numbers
-  bool logarithmic = false;
-  std::int64_t count = 0;  ///< of values, both ends included; 0: by step
-  double step = 0;         ///< 0: by count; 0 and no count: anything between the ends
-  bool continuous() const { return count == 0 && step == 0; }
-};
-
-/// One value of a swept key.
-struct SweepValue {
-  std::string text;   ///< as --set takes it
-  std::string label;  ///< for people and folders; the text where it has no name
-  bool operator<(const SweepValue& other) const { return text < other.text; }
-};
 
 /// The texts of a range's values: the ends as they are, what lies between by count rounded to six
 /// digits.
 std::vector<SweepValue> values_of(const SweepRange& range);
+
+/// A number of a continuous range, from its begin (0) to its end (1), to six digits.
+SweepValue value_between(const SweepRange& range, double fraction);
 
 /// Draw number `draw` of a key: one of the values, or of the numbers of a continuous range. Depends
 /// on nothing else than seed, key and number, so that neither a larger count nor another key

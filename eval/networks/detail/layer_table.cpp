@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "core/error.hpp"
+#include "eval/networks/detail/copies.hpp"
 #include "eval/networks/detail/sound_layer.hpp"
 
 namespace carillon::eval::networks {
@@ -70,6 +71,13 @@ Layers rows_of(const nn::Module& module, const std::string& name) {
     return {{{"kind", "adaptive_maximum"}, {"outputs", (*layer->options.output_size())[0]}}};
   }
   if (const auto* layer = module.as<SoundLayer>()) return sound_layers(*layer, name);
+  if (const auto* layer = module.as<Copies>()) {
+    return {{{"kind", "copies"}, {"shape", layer->shape()}}};
+  }
+  if (const auto* layer = module.as<OverCopies>()) {
+    const char* by = layer->by() == OverCopiesImpl::By::mean ? "mean" : "maximum";
+    return {{{"kind", "over_copies"}, {"count", layer->count()}, {"by", by}}};
+  }
   if (module.as<TimeMean>() != nullptr) return {{{"kind", "mean"}}};
   throw core::Error(fmt::format("the layer {} ({}) has no description", name, module.name()));
 }

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "core/error.hpp"
+#include "eval/networks/detail/copies.hpp"
 #include "eval/networks/detail/sound_layer.hpp"
 
 namespace carillon::eval::networks {
@@ -68,20 +69,26 @@ nn::Sequential isnn(const learning::LayerSizes& sizes, const learning::ModalityE
   return with_dense_layer(layers, extent, sizes.width, sizes.dropout, sizes.dropout);
 }
 
-/// Maturana and Scherer 2015, with the drop-out of the authors' program.
+/// Maturana and Scherer 2015, with the drop-out of the authors' program. Of turned copies it learns
+/// from one that is drawn, and answers with the mean of their features: of their logits where one
+/// linear layer follows.
 nn::Sequential voxnet(const learning::LayerSizes& sizes, const learning::ModalityExtent& extent) {
   if (*std::min_element(extent.begin() + 1, extent.end()) < 11) {
     too_small("voxnet", "at least 11 voxels on each side", extent);
   }
   const auto leaky = nn::LeakyReLUOptions().negative_slope(0.1);
+  const std::int64_t turns = extent[0];
   nn::Sequential layers;
+  if (turns > 1) layers->push_back(Copies(learning::ModalityExtent{1, extent[1], extent[2], extent[3]}, true));
   layers->push_back(nn::Conv3d(nn::Conv3dOptions(1, 32, 5).stride(2)));
   layers->push_back(nn::LeakyReLU(leaky));
   layers->push_back(nn::Dropout(0.2));
   layers->push_back(nn::Conv3d(nn::Conv3dOptions(32, 32, 3)));
   layers->push_back(nn::LeakyReLU(leaky));
   layers->push_back(nn::MaxPool3d(nn::MaxPool3dOptions(2)));
-  return with_dense_layer(layers, extent, sizes.width, 0.3, 0.4);
+  layers = with_dense_layer(layers, extent, sizes.width, 0.3, 0.4);
+  if (turns > 1) layers->push_back(OverCopies(turns, OverCopiesImpl::By::mean));
+  return layers;
 }
 
 /// Means over what is left of time, so that clips of any length fit.
@@ -113,14 +120,23 @@ nn::Sequential soundnet(const learning::LayerSizes& sizes, const learning::Modal
   return with_dense_layer(layers, extent, sizes.width, 0, sizes.dropout);
 }
 
+/// Several views go through the same convolutions, and the largest of each feature over the views
+/// goes on: the order of views does not matter (Su et al. 2015).
 nn::Sequential image(const learning::LayerSizes& sizes, const learning::ModalityExtent& extent) {
   nn::Sequential layers;
-  std::int64_t channels = extent[0];
+  const bool several = extent.size() == 4;
+  std::int64_t channels = several ? extent[1] : extent[0];
+  if (several) {
+    layers->push_back(Copies(learning::ModalityExtent(extent.begin() + 1, extent.end()), false));
+  }
   for (const std::int64_t filters : {16, 32, 64}) {
     layers->push_back(nn::Conv2d(nn::Conv2dOptions(channels, filters, 3).padding(1)));
     layers->push_back(nn::ReLU());
     layers->push_back(nn::MaxPool2d(nn::MaxPool2dOptions(2)));
     channels = filters;
+  }
+  if (several) {
+    layers->push_back(OverCopies(extent[0], OverCopiesImpl::By::maximum));
   }
   return with_dense_layer(layers, extent, sizes.width, sizes.dropout, sizes.dropout);
 }

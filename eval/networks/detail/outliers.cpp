@@ -63,8 +63,11 @@ Outliers::Outliers(const learning::Method& method, const learning::ClipFormat& f
       const std::vector<float> clip(noise.begin(), noise.end());
       for (std::size_t s = 0; s < method.modalities.size(); ++s) {
         torch::Tensor values = noises_[s][row];
-        preparer.prepare(method.modalities[s], clip,
-                         {values.data_ptr<float>(), static_cast<std::size_t>(values.numel())});
+        const std::span<float> input(values.data_ptr<float>(),
+                                     static_cast<std::size_t>(values.numel()));
+        preparer.prepare(method.modalities[s], clip, input);
+        if (method.modalities[s] == learning::Modality::spectrogram)
+          method.spectrogram.apply(input);
       }
     }
   }

@@ -84,6 +84,16 @@ std::string expression(const ordered_json& row) {
                        row.at("outputs").get<std::int64_t>());
   }
   if (kind == "mean") return "torch.mean(x, [2])";
+  if (kind == "copies") {
+    return fmt::format("x.reshape([-1, {}])",
+                       fmt::join(row.at("shape").get<std::vector<std::int64_t>>(), ", "));
+  }
+  if (kind == "over_copies") {
+    const std::string copies =
+        fmt::format("torch.unflatten(x, 0, [-1, {}])", row.at("count").get<std::int64_t>());
+    return row.at("by") == "mean" ? fmt::format("torch.mean({}, [1])", copies)
+                                  : fmt::format("torch.amax({}, [1])", copies);
+  }
   if (kind == "flatten") return "torch.flatten(x, 1)";
   throw core::Error(fmt::format("no TorchScript of a layer \"{}\"", kind));
 }

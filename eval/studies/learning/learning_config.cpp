@@ -145,6 +145,21 @@ void read_sizes(ConfigNode& node, learning::Method& method) {
   }
 }
 
+/// Of methods that get one.
+void read_spectrogram(ConfigNode& node, learning::Method& method) {
+  if (std::find(method.modalities.begin(), method.modalities.end(),
+                learning::Modality::spectrogram) == method.modalities.end()) {
+    return;
+  }
+  learning::SpectrogramInput& input = method.spectrogram;
+  input.scale = named(learning::all_spectrogram_scales,
+                      node.choice("scale", names_of(learning::all_spectrogram_scales),
+                                  std::string(learning::name_of(input.scale))));
+  if (input.scale == learning::SpectrogramScale::decibels) {
+    input.range = node.positive("range", Dimension::level, input.range);
+  }
+}
+
 learning::Method read_method(ConfigNode& node, const std::string& name,
                              const learning::LearningOptions& common) {
   if (name.find_first_of(".|\"") != std::string::npos) {
@@ -186,6 +201,7 @@ learning::Method read_method(ConfigNode& node, const std::string& name,
   } else {
     method.modalities = read_some(node, "modalities", learning::all_modalities, method.modalities);
   }
+  read_spectrogram(node, method);
   if (method.kind == learning::MethodKind::nearest_neighbour) {
     method.neighbours = node.integer("neighbours", 1, many, method.neighbours);
   }

@@ -9,6 +9,7 @@
 #include "core/config.hpp"
 #include "core/json.hpp"
 #include "core/progress.hpp"
+#include "core/random.hpp"
 #include "eval/studies/learning/detail/tables.hpp"
 #include "eval/studies/learning/run_trainings.hpp"
 
@@ -28,6 +29,27 @@ const learning::Method* method_called(const LearningConfig& config, const std::s
   return found == config.methods.end() ? nullptr : &*found;
 }
 
+/// Every value is tried with the first ones of other keys, so that one that the method refuses is
+/// told before anything is trained.
+SequentialTrials sequential_trials(
+    const dataset::sweep::Sweep& sweep,
+    std::function<SearchTrial(const statistics::ParzenPoint&)> trial_at) {
+  SequentialTrials trials{static_cast<std::size_t>(sweep.count), sweep.seed, {}, {}};
+  for (const dataset::sweep::SweepAxis& axis : sweep.axes) {
+    trials.axes.push_back({axis.values.size()});
+  }
+  for (std::size_t a = 0; a < trials.axes.size(); ++a) {
+    for (std::size_t i = 0; i < std::max<std::size_t>(2, trials.axes[a].choices); ++i) {
+      if (i > 0 && i == trials.axes[a].choices) break;  // the only value
+      statistics::ParzenPoint point(trials.axes.size(), 0.0);
+      point[a] = static_cast<double>(i);
+      trial_at(point);
+    }
+  }
+  trials.trial_at = std::move(trial_at);
+  return trials;
+}
+
 Search read_search(const std::string& text, const dataset::run::BuildOptions& options,
                    ConfigNode& searches, const std::string& method) {
   ConfigNode root = ConfigNode::parse(text, options.config, options.overrides);
@@ -36,6 +58,7 @@ Search read_search(const std::string& text, const dataset::run::BuildOptions& op
     searches.fail(method, fmt::format("train.methods has no \"{}\"", method));
   }
   Search search;
+  search.method = method;
   std::vector<std::string> tasks;
   for (const learning::TaskSpec& task : config.tasks) tasks.push_back(task.name);
   const std::string task = searches.child(method).choice("task", tasks, tasks.front());
@@ -44,18 +67,59 @@ Search read_search(const std::string& text, const dataset::run::BuildOptions& op
   const std::string prefix = fmt::format("train.methods.{}.", method);
   const auto sweep = dataset::sweep::read_sweep(
       text, options.config, options.overrides,
-      {.path = {"search", method}, .prefix = prefix, .others = {"task"}});
+      {.path = {"search", method}, .prefix = prefix, .others = {"task"}, .is_search = true});
   if (!sweep) searches.fail(method, "names no keys", "for example {keys: {filters: [8, 16]}}");
   for (const std::string& key : sweep->keys) search.keys.push_back(key.substr(prefix.size()));
-  for (const dataset::sweep::SweepVariant& variant : sweep->variants) {
+  const auto trial_of = [text, options, method](const dataset::sweep::SweepVariant& variant) {
     std::vector<std::string> overrides = options.overrides;
     overrides.insert(overrides.end(), variant.overrides.begin(), variant.overrides.end());
     ConfigNode changed = ConfigNode::parse(text, options.config, overrides);
     const LearningConfig read = read_train_section(changed, options.config);
-    search.trials.push_back({variant.values, *method_called(read, method)});
+    return SearchTrial{variant.values, *method_called(read, method)};
+  };
+  for (const dataset::sweep::SweepVariant& variant : sweep->variants) {
+    search.trials.push_back(trial_of(variant));
+  }
+  if (sweep->mode == "parzen") {
+    search.sequential = sequential_trials(*sweep, [sweep, trial_of](const auto& point) {
+      return trial_of(dataset::sweep::variant_at(*sweep, point));
+    });
   }
   return search;
 }
+
+/// What is tried, one after the other.
+class TrialQueue {
+ public:
+  explicit TrialQueue(const Search& search)
+      : search_(search),
+        random_(search.sequential ? search.sequential->seed : 0, core::stable_hash(search.method),
+                "search") {}
+
+  std::size_t count() const {
+    return search_.sequential ? search_.sequential->count : search_.trials.size();
+  }
+  /// @param best_first  numbers of the trials so far, the best first
+  std::optional<SearchTrial> next(const std::vector<std::size_t>& best_first) {
+    if (!search_.sequential) {
+      if (number_ == search_.trials.size()) return {};
+      return search_.trials[number_++];
+    }
+    if (points_.size() == count()) return {};
+    std::vector<statistics::ParzenPoint> ordered;
+    for (const std::size_t trial : best_first) ordered.push_back(points_[trial]);
+    const auto point = statistics::next_parzen_point(search_.sequential->axes, ordered, random_);
+    if (!point) return {};  // all were tried
+    points_.push_back(*point);
+    return search_.sequential->trial_at(*point);
+  }
+
+ private:
+  const Search& search_;
+  core::RandomStream random_;
+  std::size_t number_ = 0;
+  std::vector<statistics::ParzenPoint> points_;
+};
 
 /// Higher accuracy first, then lower loss; what has none last.
 bool is_better(const SearchFindings::Trial& a, const SearchFindings::Trial& b) {
@@ -96,18 +160,25 @@ std::optional<std::vector<SearchFindings>> run_searches(const std::vector<Search
   const LearningSource& source = sources.front();
   std::vector<SearchFindings> all;
   for (const Search& search : searches) {
-    const std::string& method = search.trials.front().method.name;
-    SearchFindings& found =
-        all.emplace_back(SearchFindings{method, search.task.name, source.name, search.keys, {}});
-    for (std::size_t t = 0; t < search.trials.size(); ++t) {
-      TrainingJob job = make_job(*source.samples, search.task, search.trials[t].method, models);
-      job.key = fmt::format("{}/{} {}/{}", search.task.name, method, t + 1, search.trials.size());
+    std::vector<SearchFindings::Trial> trials;
+    std::vector<std::size_t> best_first;
+    TrialQueue queue(search);
+    while (const std::optional<SearchTrial> trial = queue.next(best_first)) {
+      TrainingJob job = make_job(*source.samples, search.task, trial->method, models);
+      job.key = fmt::format("{}/{} {}/{}", search.task.name, search.method, trials.size() + 1,
+                            queue.count());
       job.is_for_use = false;
       JobEnd end = run_job(job, *source.samples, world);
       if (end.interrupted) return std::nullopt;
-      found.trials.push_back({search.trials[t].values, std::move(end.record), end.was_there});
+      trials.push_back({trial->values, std::move(end.record), end.was_there});
+      best_first.insert(
+          std::find_if(best_first.begin(), best_first.end(),
+                       [&](std::size_t other) { return is_better(trials.back(), trials[other]); }),
+          trials.size() - 1);
     }
-    std::stable_sort(found.trials.begin(), found.trials.end(), is_better);
+    SearchFindings& found = all.emplace_back(
+        SearchFindings{search.method, search.task.name, source.name, search.keys, {}});
+    for (const std::size_t t : best_first) found.trials.push_back(std::move(trials[t]));
   }
   return all;
 }

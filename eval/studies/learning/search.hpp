@@ -1,11 +1,13 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "dataset/run/build.hpp"
 #include "dataset/sweep/sweep.hpp"
+#include "eval/statistics/parzen_estimator.hpp"
 #include "eval/studies/datasets.hpp"
 #include "eval/studies/learning/learning_config.hpp"
 #include "eval/studies/learning/training_record.hpp"
@@ -18,11 +20,21 @@ struct SearchTrial {
   learning::Method method;
 };
 
+/// Trials of which the outcomes of others say what they are (`mode: parzen`).
+struct SequentialTrials {
+  std::size_t count = 0;
+  std::uint64_t seed = 0;
+  std::vector<statistics::ParzenAxis> axes;
+  std::function<SearchTrial(const statistics::ParzenPoint&)> trial_at;
+};
+
 /// `search.METHOD` of a configuration: layer sizes and learning rates, as a sweep writes them.
 struct Search {
+  std::string method;
   learning::TaskSpec task;
   std::vector<std::string> keys;  ///< of the method
   std::vector<SearchTrial> trials;
+  std::optional<SequentialTrials> sequential{};  ///< in place of `trials`
 };
 
 /// Every search of a configuration, in the order of the file.

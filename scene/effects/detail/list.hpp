@@ -15,6 +15,7 @@ extern const Effect supports_effect;
 extern const Effect click_effect;
 extern const Effect room_effect;
 extern const Effect tail_effect;
+extern const Effect response_effect;
 extern const Effect motion_effect;
 extern const Effect lasting_contacts_effect;
 extern const Effect contact_damping_effect;

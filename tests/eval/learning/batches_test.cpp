@@ -3,6 +3,7 @@
 #include <rapidcheck/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <set>
 
@@ -42,6 +43,13 @@ std::vector<std::uint32_t> one_pass(learning::BatchReader& reader,
   return rows;
 }
 
+/// A method of these modalities that gets them as they are.
+learning::Method perceiving(std::vector<learning::Modality> modalities) {
+  learning::Method method = made_method({});
+  method.modalities = std::move(modalities);
+  return method;
+}
+
 /// Memory for all samples, or for two windows of 64.
 class Batches : public testing::TestWithParam<double> {};
 
@@ -49,9 +57,9 @@ TEST_P(Batches, HoldEverySampleOnceWithItsOwnValuesInAnOrderOfTheSeed) {
   MadeSource source(600, 3);
   const auto samples = learning::label_samples(source, made_task());
   const auto rows = samples.rows(learning::Part::train);
-  learning::BatchReader reader(source, samples,
-                               {learning::Modality::spectrogram, learning::Modality::voxels}, rows,
-                               GetParam());
+  learning::BatchReader reader(
+      source, samples, perceiving({learning::Modality::spectrogram, learning::Modality::voxels}),
+      rows, GetParam());
   const auto first = one_pass(reader, 1), again = one_pass(reader, 1), other = one_pass(reader, 2);
   EXPECT_EQ(first, again);
   EXPECT_NE(first, other);
@@ -76,10 +84,32 @@ TEST_P(Batches, HoldEverySampleOnceWithItsOwnValuesInAnOrderOfTheSeed) {
 }
 INSTANTIATE_TEST_SUITE_P(InMemoryAndInWindows, Batches, testing::Values(1e9, 128 * 96 * 4.0));
 
+TEST(Batches, ScaleSpectrogramsAsTheMethodWantsThem) {
+  MadeSource source(300, 3);
+  const auto samples = learning::label_samples(source, made_task());
+  learning::Method method =
+      perceiving({learning::Modality::spectrogram, learning::Modality::waveform});
+  const auto first_of = [&] {
+    learning::BatchReader reader(source, samples, method, {0, 1}, 1e9);
+    reader.begin({});
+    learning::Batch batch;
+    EXPECT_TRUE(reader.next(1, batch));
+    return batch.modalities;
+  };
+  const auto power = first_of();
+  method.spectrogram = {learning::SpectrogramScale::decibels, 20};
+  const auto decibels = first_of();
+  EXPECT_EQ(decibels[1], power[1]);
+  for (std::size_t i = 0; i < power[0].size(); ++i) {
+    const double level = power[0][i] > 0 ? 10 * std::log10(double{power[0][i]}) : -1e9;
+    EXPECT_NEAR(decibels[0][i], std::max(0.0, 1 + level / 20), 1e-6) << i;
+  }
+}
+
 TEST(Batches, ThatFitAreReadOnce) {
   MadeSource source(600, 3);
   const auto samples = learning::label_samples(source, made_task());
-  learning::BatchReader reader(source, samples, {learning::Modality::spectrogram},
+  learning::BatchReader reader(source, samples, perceiving({learning::Modality::spectrogram}),
                                samples.rows(learning::Part::train), 1e9);
   for (std::uint64_t pass = 0; pass < 4; ++pass) one_pass(reader, pass);
   EXPECT_EQ(source.reads, samples.rows(learning::Part::train).size());
@@ -89,19 +119,20 @@ TEST(Batches, CountSilenceOnceAndNameWhatIsMissing) {
   MadeSource source(600, 3);
   source.silent = 15;
   const auto samples = learning::label_samples(source, made_task());
-  learning::BatchReader reader(source, samples, {learning::Modality::spectrogram},
+  learning::BatchReader reader(source, samples, perceiving({learning::Modality::spectrogram}),
                                samples.rows(learning::Part::train), 128 * 96 * 4);
   for (std::uint64_t pass = 0; pass < 3; ++pass) one_pass(reader, pass);
   EXPECT_EQ(reader.silent(), 1u);
-  EXPECT_THROW(learning::BatchReader(source, samples, {learning::Modality::touch}, {0, 1}, 1e9),
-               core::InputError);
+  EXPECT_THROW(
+      learning::BatchReader(source, samples, perceiving({learning::Modality::touch}), {0, 1}, 1e9),
+      core::InputError);
 }
 
 TEST(Batches, PassOnWhatAnotherThreadMet) {
   MadeSource source(600, 3);
   source.not_finite = 300;
   const auto samples = learning::label_samples(source, made_task());
-  learning::BatchReader reader(source, samples, {learning::Modality::spectrogram},
+  learning::BatchReader reader(source, samples, perceiving({learning::Modality::spectrogram}),
                                samples.rows(learning::Part::train), 128 * 96 * 4);
   EXPECT_THROW(one_pass(reader, {}), core::InputError);
 }

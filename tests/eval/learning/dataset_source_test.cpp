@@ -42,8 +42,8 @@ class Dataset : public testing::Test {
     std::vector<std::uint8_t> voxels(std::size_t{2} * 8, 0);
     voxels[3] = 1;
     voxels[8 + 5] = 1;
-    const auto of_objects = file.create_group("shapes");
-    of_objects.write<std::uint8_t>("voxels", voxels, {2, 2, 2, 2});
+    const auto shared = file.create_group("shapes");
+    shared.write<std::uint8_t>("voxels", voxels, {2, 2, 2, 2});
     nlohmann::json description = {{"seed", 7}, {"shapes", nlohmann::json::array()}};
     for (const char* id : {"a", "b"}) {
       description["shapes"].push_back(
@@ -99,14 +99,67 @@ TEST_F(Dataset, GivesWhatIsOfObjectsOnceForEach) {
   const auto source = learning::open_dataset_source(folder_.path(), 0);
   const learning::ModalityLayout voxels =
       learning::require_layout(*source, learning::Modality::voxels);
-  EXPECT_TRUE(voxels.of_objects);
+  EXPECT_TRUE(voxels.shared);
   EXPECT_EQ(voxels.entries, 2U);
-  EXPECT_EQ(source->objects(), (std::vector<std::uint32_t>{0, 0, 1, 1}));
+  EXPECT_EQ(source->entries_of(learning::Modality::voxels),
+            (std::vector<std::uint32_t>{0, 0, 1, 1}));
   std::vector<float> values(16);
   source->read(learning::Modality::voxels, std::vector<std::uint32_t>{0, 1}, values);
   for (std::size_t i = 0; i < 16; ++i) EXPECT_EQ(values[i], i == 3 || i == 13 ? 1 : -1) << i;
   EXPECT_FALSE(source->layout(learning::Modality::image));
   EXPECT_THROW(learning::require_layout(*source, learning::Modality::image), core::InputError);
+}
+
+TEST_F(Dataset, GivesFramesOfObjectsInTheirMaterials) {
+  // Object a in one material, b in two; two views of 2 x 1 pixels, each of its own grey.
+  const std::filesystem::path other = folder_.path() / "drawn";
+  std::filesystem::create_directory(other);
+  const auto file = core::Hdf5Group::create_file(other / "index.h5");
+  file.write_attribute("sample_rate_hz", 22050.0);
+  file.write<std::string>("key", std::vector<std::string>{"a/0", "b/0", "b/1", "a/1"}, {4});
+  file.write<float>("audio", std::vector<float>(40, 0.5F), {4, 10});
+  file.write<std::uint32_t>("shape_index", std::vector<std::uint32_t>{0, 1, 1, 0}, {4});
+  file.write<std::uint32_t>("appearance_index", std::vector<std::uint32_t>{0, 2, 1, 0}, {4});
+  std::vector<std::uint8_t> pixels;
+  for (std::uint8_t view = 0; view < 6; ++view) pixels.insert(pixels.end(), 6, 51 * view / 2);
+  file.create_group("appearances").write<std::uint8_t>("frame", pixels, {3, 2, 2, 1, 3});
+  file.flush();
+  const auto source = learning::open_dataset_source(other, 0);
+  const learning::ModalityLayout layout =
+      learning::require_layout(*source, learning::Modality::image);
+  EXPECT_TRUE(layout.shared);
+  EXPECT_EQ(layout.entries, 3U);
+  EXPECT_EQ(layout.extent, (learning::ModalityExtent{2, 3, 64, 64}));
+  EXPECT_EQ(source->entries_of(learning::Modality::image),
+            (std::vector<std::uint32_t>{0, 2, 1, 0}));
+  const std::size_t each = std::size_t{3} * 64 * 64;
+  std::vector<float> values(4 * each);
+  source->read(learning::Modality::image, std::vector<std::uint32_t>{0, 2}, values);
+  for (std::size_t i = 0; i < values.size(); i += 101) {
+    const int view = static_cast<int>(i / each);
+    const int grey = 51 * (view < 2 ? view : view + 2) / 2;
+    EXPECT_NEAR(values[i], static_cast<float>(grey) / 255, 1e-6) << i;
+  }
+}
+
+TEST_F(Dataset, OfAnOlderVersionHasNoFramesAndSaysWhy) {
+  const auto file = core::Hdf5Group::create_file(folder_.path() / "index.h5");
+  file.write_attribute("sample_rate_hz", 22050.0);
+  file.write<std::string>("key", std::vector<std::string>{"a/0"}, {1});
+  file.write<float>("audio", std::vector<float>(10, 0.5F), {1, 10});
+  file.write<std::uint32_t>("shape_index", std::vector<std::uint32_t>{0}, {1});
+  file.create_group("shapes").write<std::uint8_t>("frame", std::vector<std::uint8_t>(6),
+                                                  {1, 2, 1, 3});
+  file.flush();
+  std::filesystem::remove(folder_.path() / "dataset.json");
+  const auto source = learning::open_dataset_source(folder_.path(), 0);
+  EXPECT_TRUE(source->layout(learning::Modality::waveform));
+  try {
+    learning::require_layout(*source, learning::Modality::image);
+    FAIL() << "has frames";
+  } catch (const core::InputError& error) {
+    EXPECT_NE(error.hint().find("older version"), std::string::npos);
+  }
 }
 
 TEST_F(Dataset, GivesEntriesThatLieFarApartAsItGivesEachAlone) {

@@ -27,7 +27,7 @@ class MadeSource final : public learning::SampleSource {
     for (std::size_t i = 0; i < samples_; ++i) keys.push_back("sample-" + std::to_string(i));
     return keys;
   }
-  std::vector<std::uint32_t> objects() const override {
+  std::vector<std::uint32_t> entries_of(learning::Modality) const override {
     std::vector<std::uint32_t> objects;
     for (std::size_t i = 0; i < samples_; ++i) {
       objects.push_back(static_cast<std::uint32_t>(i % classes_));
@@ -115,6 +115,7 @@ inline learning::Method made_method(std::vector<learning::Branch> branches,
   method.fusion = fusion;
   for (const learning::Branch branch : method.branches)
     method.modalities.push_back(learning::modality_of(branch));
+  method.spectrogram.scale = learning::SpectrogramScale::power;  // as MadeSource gives them
   method.sizes = {.width = 16,
                   .layers = {{.filters = 8, .kernel_bands = 6, .kernel_frames = 2}},
                   .dropout = 0.2,

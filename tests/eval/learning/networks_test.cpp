@@ -82,6 +82,24 @@ TEST_P(Branches, AreDescribedByTheirLayers) {
   const torch::Tensor found = script.forward({modalities[0], modalities[1]}).toTensor();
   EXPECT_LT((found - network->forward(modalities)).abs().max().item<double>(), 1e-5);
 }
+
+TEST(Copies, AreDescribedByTheirLayers) {
+  torch::manual_seed(8);
+  const learning::Method method =
+      made_method({learning::Branch::voxnet, learning::Branch::image}, learning::Fusion::add);
+  const std::vector<learning::ModalityExtent> extents = {{4, 12, 12, 12}, {3, 3, 64, 64}};
+  const auto network = networks::make_classifier(method, extents, 5);
+  network->eval();
+  const core::TemporaryFolder folder;
+  const auto table = networks::layer_table(*network, method, extents, {"a", "b", "c", "d", "e"});
+  networks::write_torch_script(folder.path() / "model.pt", table, networks::weights_of(*network));
+  torch::jit::Module script = torch::jit::load((folder.path() / "model.pt").string());
+  const torch::Tensor voxels = torch::randn({2, 4, 12, 12, 12});
+  const torch::Tensor views = torch::randn({2, 3, 3, 64, 64});
+  const torch::Tensor found = script.forward({voxels, views}).toTensor();
+  EXPECT_LT((found - network->forward({voxels, views})).abs().max().item<double>(), 1e-5);
+}
+
 INSTANTIATE_TEST_SUITE_P(All, Branches, testing::ValuesIn(learning::all_branches),
                          [](const auto& name) {
                            return std::string(learning::name_of(name.param));
@@ -105,6 +123,27 @@ TEST(Isnn, HasAsManyConvolutionsAsAreAskedFor) {
               std::string::npos)
         << error.what();
   }
+}
+
+TEST(TurnedCopies, VoteByTheMeanOfTheirLogits) {
+  torch::manual_seed(3);
+  const learning::Method method = made_method({learning::Branch::voxnet});
+  const auto network = networks::make_classifier(method, {{4, 12, 12, 12}}, 5);
+  const torch::Tensor copies = torch::randn({6, 4, 12, 12, 12});
+  network->eval();
+  torch::Tensor mean = torch::zeros({6, 5});
+  for (std::int64_t k = 0; k < 4; ++k) {
+    mean += network->forward({copies.slice(1, k, k + 1).expand({6, 4, 12, 12, 12})}) / 4;
+  }
+  EXPECT_TRUE(torch::allclose(network->forward({copies}), mean, 1e-4, 1e-6));
+  // One of them while it learns: samples that are alike but for the copies differ by more than
+  // drop-out alone makes copies that are alike differ.
+  network->train();
+  EXPECT_EQ(network->forward({copies}).sizes(), (std::vector<std::int64_t>{6, 5}));
+  const torch::Tensor empty = torch::zeros({6, 1, 12, 12, 12});
+  torch::Tensor marked = torch::cat({empty, empty + 30, empty + 60, empty + 90}, 1);
+  torch::Tensor met = network->forward({marked.repeat({20, 1, 1, 1, 1})}).norm(2, 1);
+  EXPECT_GT(met.max().item<float>(), 2 * met.min().item<float>());
 }
 
 TEST(Branches, SayWhatTheyNeedWhereASenseIsTooSmall) {
@@ -148,6 +187,27 @@ TEST(Soundnet8, HasThePapersWeights) {
   const learning::Method method = made_method({learning::Branch::soundnet8});
   EXPECT_EQ(networks::parameter_count(*networks::make_classifier(method, extents_of(method), 5)),
             expected);
+}
+
+TEST(Networks, ImageTakesTheLargestOfEachFeatureOverTheViews) {
+  torch::manual_seed(6);
+  const learning::Method method = made_method({learning::Branch::image});
+  const auto several = networks::make_classifier(method, {{3, 3, 64, 64}}, 4);
+  const auto single = networks::make_classifier(method, {{3, 64, 64}}, 4);
+  const torch::NoGradGuard no_gradient;
+  ASSERT_EQ(networks::parameter_count(*several), networks::parameter_count(*single))
+      << "the convolutions are shared";
+  const auto own = single->parameters(), theirs = several->parameters();
+  for (std::size_t i = 0; i < own.size(); ++i) own[i].data().copy_(theirs[i]);
+  several->eval();
+  single->eval();
+  const torch::Tensor view = torch::randn({2, 3, 64, 64});
+  const torch::Tensor same = torch::stack({view, view, view}, 1);
+  EXPECT_TRUE(torch::allclose(several->forward({same}), single->forward({view}), 1e-4, 1e-5));
+  const torch::Tensor views = torch::randn({2, 3, 3, 64, 64});
+  const torch::Tensor turned = views.index_select(1, torch::tensor({2, 0, 1}));
+  EXPECT_TRUE(torch::allclose(several->forward({views}), several->forward({turned}), 1e-4, 1e-5));
+  EXPECT_FALSE(torch::allclose(several->forward({views}), several->forward({same})));
 }
 
 class Fusions : public testing::TestWithParam<learning::Fusion> {};

@@ -13,8 +13,9 @@ namespace {
 constexpr std::int64_t bands = 64, frames = 25;
 
 networks::Outliers made_outliers() {
-  return networks::Outliers(made_method({learning::Branch::isnn}),
-                            learning::paper_format(22050, 22050));
+  learning::Method method = made_method({learning::Branch::isnn});
+  method.spectrogram = {};
+  return networks::Outliers(method, learning::paper_format(22050, 22050));
 }
 
 TEST(Outliers, AreNoisesAndMixesOfTwoClasses) {

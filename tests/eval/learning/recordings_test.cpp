@@ -77,7 +77,7 @@ TEST_F(Recordings, HaveLabelsInTheirNames) {
   EXPECT_EQ(source->labels("shape")[0], "bowl");
   EXPECT_EQ(source->labels("shape")[11], "spoon");
   // Objects are told apart by their column: here both bowls are one.
-  const std::vector<std::uint32_t> objects = source->objects();
+  const std::vector<std::string> objects = source->object_names();
   EXPECT_EQ(std::set(objects.begin(), objects.end()).size(), 3U);
   EXPECT_NE(error_of(spec("{material}/cup-*"), "").find("bowl-0.wav does not fit"),
             std::string::npos);

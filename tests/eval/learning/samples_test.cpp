@@ -21,9 +21,14 @@
 namespace carillon::eval {
 namespace {
 
-TEST(PreparedSpectrogram, IsDecibelsBelowTheLoudestCell) {
+TEST(PreparedSpectrogram, IsRelativeToTheLoudestCell) {
   std::vector<float> power = {1e-3F, 1e-6F, 1e-3F * 1e-6F, 1e-12F, 0};
   EXPECT_TRUE(learning::prepare::spectrogram(power));
+  const std::vector<float> relative = {1, 1e-3F, 1e-6F, 1e-9F, 0};
+  for (std::size_t i = 0; i < power.size(); ++i) EXPECT_FLOAT_EQ(power[i], relative[i]);
+  learning::SpectrogramInput{learning::SpectrogramScale::power}.apply(power);
+  EXPECT_FLOAT_EQ(power[2], 1e-6F);
+  learning::SpectrogramInput{}.apply(power);  // decibels below the loudest cell
   EXPECT_FLOAT_EQ(power[0], 1);
   EXPECT_NEAR(power[1], 0.5, 1e-6);  // 30 of 60 dB
   EXPECT_NEAR(power[2], 0, 1e-6);
@@ -251,7 +256,8 @@ TEST(SelectedSamples, AreThoseOfTheirSources) {
             (std::vector<std::string>{"train", "train", "test", "validation"}));
   EXPECT_EQ(source->labels("kind"),
             (std::vector<std::string>{"class-2", "class-2", "class-1", "class-1"}));
-  EXPECT_EQ(source->objects(), (std::vector<std::uint32_t>{2, 2, 4, 4}));
+  EXPECT_EQ(source->entries_of(learning::Modality::voxels),
+            (std::vector<std::uint32_t>{2, 2, 4, 4}));
   for (const learning::Modality modality :
        {learning::Modality::spectrogram, learning::Modality::voxels}) {
     const auto layout = source->layout(modality).value();

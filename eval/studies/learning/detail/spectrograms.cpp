@@ -57,6 +57,7 @@ void find_components(const SpectrogramStudy& study, learning::SampleSource& sour
   const std::vector<std::string> all_keys = source.keys();
   for (const std::uint32_t row : some_rows(all_keys, count)) {
     source.read(learning::Modality::spectrogram, {&row, 1}, read);
+    study.method.spectrogram.apply(read);
     values.insert(values.end(), read.begin(), read.end());
     dataset.labels.push_back(all_labels[row]);
     dataset.keys.push_back(all_keys[row]);
