@@ -48,7 +48,7 @@ LinearSamples read_samples(const Learner::State& learner, learning::SampleSource
   const std::vector<std::uint32_t> rows =
       fitting_rows(samples.rows(learning::Part::train), options.memory, values, options.seed,
                   trained.remarks);
-  learning::BatchReader reader(source, samples, learner.method.modalities, rows, options.memory / 8);
+  learning::BatchReader reader(source, samples, learner.method, rows, options.memory / 8);
   LinearSamples found(values);
   reader.begin({});
   for (learning::Batch batch; reader.next(read_batch, batch);) {
