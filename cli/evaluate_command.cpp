@@ -6,6 +6,7 @@
 #include "cli/build_options.hpp"
 #include "cli/command_line.hpp"
 #include "cli/learn_program.hpp"
+#include "cli/learning_commands.hpp"
 #include "core/error.hpp"
 #include "dataset/run/run_builds.hpp"
 #include "eval/studies/evaluation.hpp"
@@ -120,6 +121,8 @@ void add_evaluate(Program& program, Context& context, Sections sections) {
       .option("--set", options->overrides,
               "key=value instead of the configuration's, e.g. evaluate.damping.draws=10")
       .one_value_each();
+  auto device = std::make_shared<std::string>();
+  add_device(command, *device);
   command.flag("--retry-failed", options->retry_failed, "try failed tasks again");
   command.footer(
       "Examples:\n"
@@ -131,7 +134,8 @@ void add_evaluate(Program& program, Context& context, Sections sections) {
   command.begins_with([&context, options, sections] {
     if (goes_elsewhere(*options, sections)) become_learner(context.arguments);
   });
-  command.does([&context, options, sections] {
+  command.does([&context, options, device, sections] {
+    options->overrides = with_device(options->overrides, *device);
     context.exit_code = run_evaluate(*options, sections, context);
   });
 }

@@ -53,6 +53,7 @@ void add_train(Program& program, Context& context, const LearningCommands& learn
       .option("--set", options->build.overrides,
               "key=value instead of the configuration's, e.g. train.epochs=5")
       .one_value_each();
+  add_device(command, options->device);
   command.flag("--search", options->search,
                "try the sizes of the section `search`, and tell which are best on the "
                "validation samples");
@@ -65,8 +66,10 @@ void add_train(Program& program, Context& context, const LearningCommands& learn
   if (learning.train == nullptr) {
     goes_elsewhere(command, "train", context, options);
   } else {
-    command.does(
-        [&context, options, run = learning.train] { context.exit_code = run(*options, context); });
+    command.does([&context, options, run = learning.train] {
+      options->build.overrides = with_device(options->build.overrides, options->device);
+      context.exit_code = run(*options, context);
+    });
   }
 }
 
@@ -80,6 +83,7 @@ void add_identify(Program& program, Context& context, const LearningCommands& le
       .option("-m,--models", options->models,
               "folder below which trained networks lie: the output of carillon train")
       .required();
+  add_device(command, options->device);
   command.option("--method", options->method,
                  "networks of this name alone (default: the best on the validation samples)");
   command.option("--task", options->tasks, "answers to these tasks alone (default: all)");
@@ -106,6 +110,20 @@ void add_identify(Program& program, Context& context, const LearningCommands& le
 }
 
 }  // namespace
+
+void add_device(Command& command, std::string& device) {
+  command
+      .option("--device", device,
+              "what networks are computed on: auto, cpu or cuda (default: train.device, else auto, "
+              "a graphics card where there is one)")
+      .one_of({"auto", "cpu", "cuda"});
+}
+
+std::vector<std::string> with_device(std::vector<std::string> overrides,
+                                     const std::string& device) {
+  if (!device.empty()) overrides.insert(overrides.begin(), "train.device=" + device);
+  return overrides;
+}
 
 LearningCommands plain_commands() {
   return {.sections = plain_sections};

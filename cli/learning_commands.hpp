@@ -10,11 +10,13 @@
 
 namespace carillon::cli {
 
+class Command;
 class Program;
 
 /// What `train` takes on the command line.
 struct TrainOptions {
   dataset::run::BuildOptions build;
+  std::string device;   ///< "" for the configuration's
   bool search = false;  ///< try sizes of networks instead
 };
 
@@ -24,6 +26,7 @@ struct IdentifyOptions {
   std::string models, method;
   std::vector<std::string> tasks;
   std::string scene, at, output;
+  std::string device;  ///< "" for auto
 };
 
 /// What the commands that need libtorch do. Every program has the commands and their options; one
@@ -43,6 +46,12 @@ LearningCommands plain_commands();
 /// In carillon-learn.
 int run_train(const TrainOptions& options, const Context& context);
 void run_identify(const IdentifyOptions& options, const Context& context);
+
+/// The option --device.
+/// @param device  is set by the command line, and outlives the program
+void add_device(Command& command, std::string& device);
+/// Overrides of a configuration in which a device that was asked for stands; --set comes after it.
+std::vector<std::string> with_device(std::vector<std::string> overrides, const std::string& device);
 
 /// `evaluate` with all sections that a program has.
 /// @param sections  outlive the program's run

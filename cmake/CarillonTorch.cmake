@@ -1,4 +1,4 @@
-# libtorch, for carillon-learn alone: it loads hundreds of libraries.
+# libtorch and liblinear, for carillon-learn alone: the first loads hundreds of libraries.
 option(CARILLON_LEARN "Build carillon-learn, which train, evaluate and identify need (libtorch)" ON)
 if(CARILLON_LEARN)
   find_package(Torch 1.13 QUIET)
@@ -6,6 +6,8 @@ if(CARILLON_LEARN)
     message(FATAL_ERROR "libtorch is missing. Debian: ./scripts/setup installs it. Elsewhere: set "
       "Torch_DIR, or leave classifiers out with -DCARILLON_LEARN=OFF. ${CARILLON_FIND_HELP}")
   endif()
+  # Linear support vector machines.
+  carillon_find(carillon_linear LIBLINEAR LIBRARY linear HEADER linear.h SUFFIXES liblinear)
 endif()
 
 # libtorch's headers have a vector of a type that is not complete yet, which Clang refuses in C++20 with

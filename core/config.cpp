@@ -154,6 +154,33 @@ std::vector<double> ConfigNode::quantities(const std::string& key, Dimension dim
   return answer;
 }
 
+std::vector<std::vector<double>> ConfigNode::rows(const std::string& key, Dimension dimension,
+                                                  std::size_t count,
+                                                  const std::vector<double>& fallback) {
+  const std::string wanted = fmt::format("a list of {} values, or a list of such lists,", count);
+  std::vector<std::vector<double>> answer = {fallback};
+  if (const ConfigTree* value = impl_->value(key, wanted, true)) {
+    const bool nested = value->kind == Kind::list && !value->items.empty() &&
+                        value->items.front().kind == Kind::list;
+    answer.clear();
+    for (const ConfigTree& item : nested ? value->items : std::vector<ConfigTree>{*value}) {
+      if (item.kind != Kind::list || item.items.size() != count) {
+        impl_->refuse_value(item, key, wanted + " is wanted");
+      }
+      answer.push_back(impl_->numbers(item, key, dimension));
+    }
+  }
+  std::vector<std::string> texts;
+  for (const std::vector<double>& row : answer) {
+    texts.push_back(yaml_quantities(row, dimension).value);
+  }
+  const std::string text =
+      texts.size() == 1 ? texts.front() : fmt::format("[{}]", fmt::join(texts, ", "));
+  impl_->answer(key, ConfigText{text, ""},
+                {.kind = "rows", .dimension = dimension, .count = count, .optional = true});
+  return answer;
+}
+
 std::vector<double> ConfigNode::square_matrix(const std::string& key, Dimension dimension,
                                               std::size_t count) {
   const std::string wanted = fmt::format("a list of {0} lists of {0} values", count);

@@ -47,6 +47,9 @@ class ConfigNode {
   /// A list of exactly `count` values with units (count 0: any number).
   std::vector<double> quantities(const std::string& key, Dimension dimension, std::size_t count = 0,
                                  const std::optional<std::vector<double>>& fallback = {});
+  /// A list of `count` values, or a list of such lists.
+  std::vector<std::vector<double>> rows(const std::string& key, Dimension dimension,
+                                        std::size_t count, const std::vector<double>& fallback);
   /// A list of `count` lists of as many values, row by row.
   std::vector<double> square_matrix(const std::string& key, Dimension dimension, std::size_t count);
   std::int64_t integer(const std::string& key, std::int64_t low, std::int64_t high,

@@ -135,5 +135,6 @@ py::array_t<T> array_of(std::vector<T> values) {
 void bind_objects(py::module_& module);
 void bind_sounds(py::module_& module);
 void bind_datasets(py::module_& module);
+void bind_learning(py::module_& module);
 
 }  // namespace carillon::python

@@ -194,8 +194,9 @@ void run_identify(const IdentifyOptions& options, const Context& context) {
   const double start = core::monotonic_seconds();
   const Vec3 place =
       options.scene.empty() ? Vec3::Zero().eval() : parse_position(options.at, "--at");
-  const std::vector<eval::studies::Recogniser> recognisers =
-      eval::studies::find_recognisers(options.models, options.method, options.tasks);
+  const std::vector<eval::studies::Recogniser> recognisers = eval::studies::find_recognisers(
+      options.models, options.method, options.tasks,
+      eval::learning::device_named(options.device.empty() ? "auto" : options.device));
   const std::size_t width = task_width(recognisers);
   ordered_json clips = ordered_json::array();
   std::vector<Answer> answers;

@@ -10,7 +10,7 @@ int main(int argc, char** argv) {
   mpi::leave_on_interrupt();
   cli::set_libraries_up();
   // More ranks with one thread each are faster than one rank with more.
-  eval::networks::use_learning_threads(1);
+  eval::networks::set_up_learning(1);
   constexpr eval::studies::EvaluationSection sections[] = {
       {"damping", eval::studies::read_damping_validation},
       {"classification", eval::studies::read_classification},

@@ -45,19 +45,31 @@ ordered_json lines_of(const eval::studies::TrainingsEnd& end) {
   return lines;
 }
 
+std::string percent(double fraction) {
+  return std::isnan(fraction) ? "-" : fmt::format("{:.2f} %", 100 * fraction);
+}
+
+/// Balanced accuracies come first, and where no task's classes are unequally many, not at all.
 void print(const eval::studies::TrainingsEnd& end) {
-  fmt::print("{:44} {:>8} {:>8} {:>8} {:>10} {:>7} {:>10} {:>12}\n", "training", "train", "test",
-             "classes", "numbers", "epochs", "accuracy", "time");
+  const bool balances = std::any_of(
+      end.trained.begin(), end.trained.end(), [](const eval::studies::TrainedClassifier& trained) {
+        const eval::studies::TrainingRecord& record = trained.record;
+        return percent(record.test_balanced_accuracy) != percent(record.test_accuracy);
+      });
+  const auto line = [&](const auto& key, const auto& train, const auto& test, const auto& classes,
+                        const auto& numbers, const auto& epochs, const std::string& balanced,
+                        const std::string& accuracy, const std::string& time) {
+    fmt::print("{:44} {:>8} {:>8} {:>8} {:>10} {:>7}{} {:>10} {:>12}\n", key, train, test, classes,
+               numbers, epochs, balances ? fmt::format(" {:>10}", balanced) : "", accuracy, time);
+  };
+  line("training", "train", "test", "classes", "numbers", "epochs", "balanced", "accuracy", "time");
   for (const eval::studies::TrainedClassifier& trained : end.trained) {
     const eval::studies::TrainingRecord& record = trained.record;
     const auto learnt = record.learnt.value_or(eval::studies::TrainingRecord::Learnt{});
-    fmt::print("{:44} {:>8} {:>8} {:>8} {:>10} {:>7} {:>10} {:>12}\n", trained.job.key,
-               record.train_samples, record.test_samples, record.classes.size(), learnt.parameters,
-               learnt.best_epoch,
-               std::isnan(record.test_accuracy)
-                   ? "-"
-                   : fmt::format("{:.2f} %", 100 * record.test_accuracy),
-               trained.was_there ? "was there" : core::human_duration(record.seconds));
+    line(trained.job.key, record.train_samples, record.test_samples, record.classes.size(),
+         learnt.parameters, learnt.best_epoch, percent(record.test_balanced_accuracy),
+         percent(record.test_accuracy),
+         trained.was_there ? "was there" : core::human_duration(record.seconds));
   }
 }
 

@@ -6,6 +6,7 @@
 
 #include "core/random.hpp"
 #include "core/trace.hpp"
+#include "eval/learning/half.hpp"
 
 namespace carillon::eval::learning {
 
@@ -20,6 +21,10 @@ void shuffle(std::vector<T>& values, core::RandomStream& random) {
 }
 
 }  // namespace
+
+bool is_kept_as_halves(Modality modality) {
+  return modality == Modality::waveform;
+}
 
 std::vector<std::uint32_t> rows_of_rank(const std::vector<std::uint32_t>& rows, int rank,
                                         int size) {
@@ -45,7 +50,8 @@ BatchReader::BatchReader(SampleSource& source, const LabelledSamples& samples, c
   for (std::size_t s = 0; s < modalities_.size(); ++s) {
     const ModalityLayout layout = require_layout(source, modalities_[s]);
     layouts_.push_back(layout);
-    const double bytes = static_cast<double>(values_in(layout.extent)) * 4;
+    const double bytes = static_cast<double>(values_in(layout.extent)) *
+                         (is_kept_as_halves(modalities_[s]) ? 2 : 4);
     if (!layout.shared) {
       row_bytes += bytes;
       continue;
@@ -69,29 +75,37 @@ BatchReader::~BatchReader() {
   if (coming_.valid()) coming_.wait();
 }
 
+BatchReader::Values BatchReader::load_values(std::size_t modality,
+                                             std::span<const std::uint32_t> rows,
+                                             std::vector<bool>& heard) {
+  const bool halves = is_kept_as_halves(modalities_[modality]);
+  const std::size_t each = values_in(layouts_[modality].extent);
+  Values values;
+  (halves ? values.halves.resize(rows.size() * each) : values.floats.resize(rows.size() * each));
+  std::vector<float> block(halves ? std::min(block_rows, rows.size()) * each : 0);
+  // Rows rise within a block.
+  for (std::size_t first = 0; first < rows.size();) {
+    std::size_t end = first + 1;
+    while (end < rows.size() && end - first < block_rows && rows[end] > rows[end - 1]) ++end;
+    const std::size_t at = first * each, count = (end - first) * each;
+    const std::span<float> to =
+        halves ? std::span(block).first(count) : std::span(values.floats).subspan(at, count);
+    const std::vector<bool> full =
+        source_.read(modalities_[modality], rows.subspan(first, end - first), to);
+    if (halves) to_half(to, std::span(values.halves).subspan(at, count));
+    for (std::size_t i = 0; i < full.size(); ++i) heard[first + i] = heard[first + i] && full[i];
+    first = end;
+  }
+  return values;
+}
+
 BatchReader::Window BatchReader::load(std::vector<std::uint32_t> rows) {
   Window window;
   window.rows = std::move(rows);
   std::vector<bool> heard(window.rows.size(), true);
   for (std::size_t s = 0; s < modalities_.size(); ++s) {
-    std::vector<float>& values = window.values.emplace_back();
-    if (layouts_[s].shared) continue;
-    const std::size_t each = values_in(layouts_[s].extent);
-    values.resize(window.rows.size() * each);
-    // Rows rise within a block.
-    for (std::size_t first = 0; first < window.rows.size();) {
-      std::size_t end = first + 1;
-      while (end < window.rows.size() && end - first < block_rows &&
-             window.rows[end] > window.rows[end - 1]) {
-        ++end;
-      }
-      const auto entries = std::span(window.rows).subspan(first, end - first);
-      const std::vector<bool> full = source_.read(
-          modalities_[s], entries, std::span(values).subspan(first * each, entries.size() * each));
-      for (std::size_t i = 0; i < full.size(); ++i) heard[first + i] = heard[first + i] && full[i];
-      first = end;
-    }
-    if (modalities_[s] == Modality::spectrogram) spectrogram_.apply(values);
+    window.values.push_back(layouts_[s].shared ? Values{} : load_values(s, window.rows, heard));
+    if (modalities_[s] == Modality::spectrogram) spectrogram_.apply(window.values[s].floats);
   }
   window.silent = static_cast<std::size_t>(std::count(heard.begin(), heard.end(), false));
   return window;
@@ -193,9 +207,16 @@ bool BatchReader::next(std::size_t size, Batch& batch) {
     batch.labels.push_back(samples_.label[row]);
     for (std::size_t s = 0; s < modalities_.size(); ++s) {
       const std::size_t each = values_in(layouts_[s].extent);
-      const float* from =
-          layouts_[s].shared ? shared_value(s, row) : window_->values[s].data() + at * each;
-      batch.modalities[s].insert(batch.modalities[s].end(), from, from + each);
+      std::vector<float>& to = batch.modalities[s];
+      if (is_kept_as_halves(modalities_[s])) {
+        to.resize(to.size() + each);
+        from_half(std::span(window_->values[s].halves).subspan(at * each, each),
+                  std::span(to).last(each));
+        continue;
+      }
+      const float* from = layouts_[s].shared ? shared_value(s, row)
+                                             : window_->values[s].floats.data() + at * each;
+      to.insert(to.end(), from, from + each);
     }
   }
   if (window_number_ == plan_.size() && used_ == order_.size()) counted_ = true;

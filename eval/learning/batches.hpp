@@ -11,6 +11,10 @@
 
 namespace carillon::eval::learning {
 
+/// Whether 16 bits a value do (learning/half.hpp): a waveform's peak is 1, and rounding stays 70 dB
+/// below each value.
+bool is_kept_as_halves(Modality modality);
+
 /// Samples of one step.
 struct Batch {
   std::vector<std::uint32_t> rows;
@@ -24,6 +28,7 @@ std::vector<std::uint32_t> rows_of_rank(const std::vector<std::uint32_t>& rows, 
 
 /// Hands out samples in random order. What fits into memory is read once; else each pass reads
 /// windows of randomly chosen blocks, the next one by another thread while the last is used.
+/// What is kept as halves is handed out as it was kept.
 ///
 /// One reader at a time may be between `begin` and its end: HDF5 takes calls from one thread.
 class BatchReader {
@@ -55,12 +60,19 @@ class BatchReader {
   double waited_s() const { return waited_s_; }
 
  private:
+  /// Of one modality, one of the two: waveforms are halves.
+  struct Values {
+    std::vector<float> floats;
+    std::vector<std::uint16_t> halves;
+  };
   struct Window {
-    std::vector<std::uint32_t> rows;         ///< as they are in `values`
-    std::vector<std::vector<float>> values;  ///< of each modality; empty where entries are shared
+    std::vector<std::uint32_t> rows;  ///< as they are in `values`
+    std::vector<Values> values;       ///< of each modality; empty where entries are shared
     std::size_t silent = 0;
   };
   Window load(std::vector<std::uint32_t> rows);
+  Values load_values(std::size_t modality, std::span<const std::uint32_t> rows,
+                     std::vector<bool>& heard);
   void load_shared();
   const float* shared_value(std::size_t modality, std::uint32_t row) const;
   void plan_windows(std::optional<std::uint64_t> order);

@@ -50,11 +50,7 @@ bool ends_after(const std::vector<Epoch>& epochs, const LearningOptions& options
   return made >= options.epochs || made - best_of(epochs) >= options.patience;
 }
 
-double learning_rate_after(const std::vector<Epoch>& epochs, const Method& method) {
-  const LearningOptions& options = method.learning;
-  if (method.kind == MethodKind::linear_svm) {
-    return options.learning_rate / (1.0 + 0.2 * static_cast<double>(epochs.size()));
-  }
+double learning_rate_after(const std::vector<Epoch>& epochs, const LearningOptions& options) {
   const std::int64_t half = std::max<std::int64_t>(1, options.patience / 2);
   double rate = options.learning_rate, minimum = std::numeric_limits<double>::infinity();
   std::int64_t since = 0;

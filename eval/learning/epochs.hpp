@@ -30,9 +30,8 @@ std::int64_t best_of(const std::vector<Epoch>& epochs);
 /// Whether training ends after these epochs.
 bool ends_after(const std::vector<Epoch>& epochs, const LearningOptions& options);
 
-/// Of the next epoch: Bottou's falling rate for support vector machines; for Adam a third after
-/// each half of the patience without a better validation loss. Depends on the epochs alone, so that
-/// a training that is resumed goes on as it would have.
-double learning_rate_after(const std::vector<Epoch>& epochs, const Method& method);
+/// Of the next epoch: a third after each half of the patience without a better validation loss.
+/// Depends on the epochs alone, so that a training that is resumed goes on as it would have.
+double learning_rate_after(const std::vector<Epoch>& epochs, const LearningOptions& options);
 
 }  // namespace carillon::eval::learning

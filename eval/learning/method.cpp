@@ -52,6 +52,25 @@ std::string_view name_of(MethodKind kind) {
   return "";
 }
 
+std::string_view name_of(Device device) {
+  switch (device) {
+    case Device::automatic:
+      return "auto";
+    case Device::cpu:
+      return "cpu";
+    case Device::cuda:
+      return "cuda";
+  }
+  return "";
+}
+
+Device device_named(const std::string& name) {
+  for (const Device device : all_devices) {
+    if (name_of(device) == name) return device;
+  }
+  throw core::InputError(fmt::format("no device \"{}\"", name), "auto, cpu or cuda");
+}
+
 Modality modality_of(Branch branch) {
   switch (branch) {
     case Branch::isnn:
@@ -89,15 +108,6 @@ bool only_hears(const Method& method) {
          });
 }
 
-LearningOptions usual_learning(MethodKind kind) {
-  LearningOptions options;
-  if (kind == MethodKind::linear_svm) {
-    options.learning_rate = 1;
-    options.weight_decay = 1e-5;
-  }
-  return options;
-}
-
 nlohmann::ordered_json to_json(const Method& method) {
   nlohmann::ordered_json json = {{"name", method.name}, {"kind", name_of(method.kind)}};
   json["branches"] = nlohmann::json::array();
@@ -106,13 +116,18 @@ nlohmann::ordered_json to_json(const Method& method) {
   for (const Modality modality : method.modalities) json["modalities"].push_back(name_of(modality));
   json["fusion"] = name_of(method.fusion);
   json["neighbours"] = method.neighbours;
+  json["cost"] = method.cost;
   json["spectrogram"] = {{"scale", name_of(method.spectrogram.scale)},
                          {"range_db", method.spectrogram.range}};
   const LayerSizes& sizes = method.sizes;
+  nlohmann::ordered_json layers = nlohmann::ordered_json::array();
+  for (const SpectrogramLayer& layer : sizes.layers) {
+    layers.push_back({{"filters", layer.filters},
+                      {"kernel", {layer.kernel_bands, layer.kernel_frames}},
+                      {"pool", {layer.pool_bands, layer.pool_frames}}});
+  }
   json["sizes"] = {{"width", sizes.width},
-                   {"filters", sizes.filters},
-                   {"kernel", {sizes.kernel_bands, sizes.kernel_frames}},
-                   {"pool", {sizes.pool_bands, sizes.pool_frames}},
+                   {"layers", layers},
                    {"dropout", sizes.dropout},
                    {"fused", sizes.fused},
                    {"factors", sizes.factors}};
@@ -128,6 +143,24 @@ nlohmann::ordered_json to_json(const Method& method) {
   return json;
 }
 
+namespace {
+
+/// Of one layer they stand among the sizes themselves in files of earlier versions.
+std::vector<SpectrogramLayer> layers_from(const nlohmann::json& sizes) {
+  std::vector<SpectrogramLayer> layers;
+  for (const nlohmann::json& layer :
+       sizes.contains("layers") ? sizes.at("layers") : nlohmann::json::array({sizes})) {
+    layers.push_back({.filters = layer.at("filters"),
+                      .kernel_bands = layer.at("kernel").at(0),
+                      .kernel_frames = layer.at("kernel").at(1),
+                      .pool_bands = layer.at("pool").at(0),
+                      .pool_frames = layer.at("pool").at(1)});
+  }
+  return layers;
+}
+
+}  // namespace
+
 Method method_from(const nlohmann::json& json) {
   Method method;
   method.name = json.at("name");
@@ -140,16 +173,13 @@ Method method_from(const nlohmann::json& json) {
   }
   method.fusion = named(all_fusions, json.at("fusion"));
   method.neighbours = json.at("neighbours");
+  method.cost = json.value("cost", method.cost);
   const nlohmann::json& spectrogram = json.at("spectrogram");
   method.spectrogram = {named(all_spectrogram_scales, spectrogram.at("scale")),
                         spectrogram.at("range_db")};
   const nlohmann::json& sizes = json.at("sizes");
   method.sizes = {.width = sizes.at("width"),
-                  .filters = sizes.at("filters"),
-                  .kernel_bands = sizes.at("kernel").at(0),
-                  .kernel_frames = sizes.at("kernel").at(1),
-                  .pool_bands = sizes.at("pool").at(0),
-                  .pool_frames = sizes.at("pool").at(1),
+                  .layers = layers_from(sizes),
                   .dropout = sizes.at("dropout"),
                   .fused = sizes.at("fused"),
                   .factors = sizes.at("factors")};

@@ -11,8 +11,8 @@ namespace carillon::eval::learning {
 
 /// Part of a network that turns one modality into features.
 enum class Branch {
-  isnn,       ///< spectrogram: one convolution with a tall kernel, one dense layer (Sterling
-              ///< 2019, 6.3.2)
+  isnn,  ///< spectrogram: a convolution with a tall kernel, or several, one dense layer (Sterling
+         ///< 2019, 6.3.2)
   soundnet5,  ///< waveform (Aytar et al. 2016), trained from scratch
   soundnet8,
   voxnet,  ///< voxels (Maturana and Scherer 2015)
@@ -30,15 +30,27 @@ enum class Fusion {
 
 enum class MethodKind { network, nearest_neighbour, linear_svm };
 
+/// One convolution of ISNN and the maximum behind it.
+struct SpectrogramLayer {
+  std::int64_t filters = 32;
+  std::int64_t kernel_bands = 32, kernel_frames = 4;
+  std::int64_t pool_bands = 2, pool_frames = 2;  ///< the maximum's window
+};
+
 /// Layer sizes that the papers do not give.
 struct LayerSizes {
-  std::int64_t width = 128;                           ///< of each branch's first dense layer
-  std::int64_t filters = 32;                          ///< of ISNN's convolution
-  std::int64_t kernel_bands = 32, kernel_frames = 4;  ///< its kernel
-  std::int64_t pool_bands = 2, pool_frames = 2;       ///< its maximum's window
-  double dropout = 0.3;                               ///< before and after ISNN's dense layer
-  std::int64_t fused = 256;                           ///< outputs of bilinear pooling
-  std::int64_t factors = 5;                           ///< products that each of these sums
+  std::int64_t width = 128;                 ///< of each branch's first dense layer
+  std::vector<SpectrogramLayer> layers{1};  ///< of ISNN, one in the papers
+  double dropout = 0.3;                     ///< before and after ISNN's dense layer
+  std::int64_t fused = 256;                 ///< outputs of bilinear pooling
+  std::int64_t factors = 5;                 ///< products that each of these sums
+};
+
+/// What a network is computed on.
+enum class Device {
+  automatic,  ///< a graphics card where libtorch finds one, else the processor
+  cpu,
+  cuda
 };
 
 /// How the numbers of a network are found.
@@ -52,10 +64,8 @@ struct LearningOptions {
   double outliers = 0.5;
   std::uint64_t seed = 0;        ///< of the first weights, the order of samples and dropout
   double memory = 2147483648.0;  ///< of a rank for samples [B]; more than fits is read every epoch
+  Device device = Device::automatic;  ///< of no training's name: another gives nearly the same
 };
-
-/// With the rates that suit a kind of method.
-LearningOptions usual_learning(MethodKind kind);
 
 /// A classifier and how it is trained.
 struct Method {
@@ -68,6 +78,7 @@ struct Method {
   LayerSizes sizes;
   LearningOptions learning;
   std::int64_t neighbours = 1;  ///< of nearest_neighbour
+  double cost = 1;              ///< of linear_svm: of a sample on the wrong side
 };
 
 /// Whether it is a network that hears and perceives nothing else: it can be asked for a sound.
@@ -76,12 +87,16 @@ bool only_hears(const Method& method);
 std::string_view name_of(Branch branch);
 std::string_view name_of(Fusion fusion);
 std::string_view name_of(MethodKind kind);
+std::string_view name_of(Device device);
+/// @throws InputError  none of `auto`, `cpu` and `cuda`
+Device device_named(const std::string& name);
 Modality modality_of(Branch branch);
 
 inline constexpr Branch all_branches[] = {Branch::isnn,   Branch::soundnet5, Branch::soundnet8,
                                           Branch::voxnet, Branch::image,     Branch::touch};
 inline constexpr Fusion all_fusions[] = {Fusion::concatenate, Fusion::add, Fusion::multiply,
                                          Fusion::bilinear};
+inline constexpr Device all_devices[] = {Device::automatic, Device::cpu, Device::cuda};
 inline constexpr MethodKind all_method_kinds[] = {
     MethodKind::network, MethodKind::nearest_neighbour, MethodKind::linear_svm};
 

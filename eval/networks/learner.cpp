@@ -3,10 +3,16 @@
 #include <algorithm>
 #include <cmath>
 
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
 #include "core/error.hpp"
 #include "core/random.hpp"
 #include "eval/learning/sealed_file.hpp"
+#include "eval/networks/detail/layer_table.hpp"
 #include "eval/networks/detail/learner_state.hpp"
+#include "eval/networks/detail/portable_weights.hpp"
 #include "eval/networks/detail/weights.hpp"
 
 namespace carillon::eval::networks {
@@ -22,19 +28,32 @@ std::vector<torch::Tensor> tensors_of(learning::Batch& batch,
   return modalities;
 }
 
-torch::Tensor Learner::State::loss(const torch::Tensor& logits, const torch::Tensor& labels) const {
-  namespace functional = torch::nn::functional;
-  if (method.kind != learning::MethodKind::linear_svm) {
-    return functional::cross_entropy(logits, labels,
-                                     functional::CrossEntropyFuncOptions().reduction(torch::kSum));
-  }
-  const torch::Tensor sides =
-      functional::one_hot(labels, static_cast<std::int64_t>(classes.size())) * 2 - 1;
-  return torch::relu(1 - sides * logits).sum();
+std::vector<torch::Tensor> moved_to(const torch::Device& device,
+                                    std::vector<torch::Tensor> modalities) {
+  for (torch::Tensor& modality : modalities) modality = modality.to(device);
+  return modalities;
 }
+
+namespace {
+
+/// @throws InputError  a graphics card is asked for, and there is none
+torch::Device torch_device(learning::Device device) {
+  const bool has_cuda = device != learning::Device::cpu && torch::cuda::is_available();
+  if (device == learning::Device::cuda && !has_cuda) {
+    throw core::InputError(
+        torch::hasCUDA() ? "no graphics card that CUDA can use was found"
+                         : "this program's libtorch is one without CUDA, as Debian's is",
+        torch::hasCUDA() ? "--device cpu, or look what nvidia-smi says"
+                         : "--device cpu, or build with one that has it: -DTorch_DIR=...");
+  }
+  return has_cuda ? torch::kCUDA : torch::kCPU;
+}
+
+}  // namespace
 
 Tally Learner::State::look_at(learning::Batch& batch,
                               const std::vector<learning::ModalityLayout>& layouts, bool learn) {
+  namespace functional = torch::nn::functional;
   const torch::Tensor labels = torch::from_blob(
       batch.labels.data(), {static_cast<std::int64_t>(batch.labels.size())}, torch::kInt64);
   std::vector<torch::Tensor> modalities = tensors_of(batch, layouts);
@@ -45,10 +64,13 @@ Tally Learner::State::look_at(learning::Batch& batch,
     for (std::size_t s = 0; s < modalities.size(); ++s)
       modalities[s] = torch::cat({modalities[s], drawn[s]});
   }
-  const torch::Tensor all = classifier->forward(modalities);
+  const torch::Tensor all = classifier->forward(moved_to(device, std::move(modalities)));
+  const torch::Tensor wanted = labels.to(device);
   const std::int64_t samples = labels.size(0);
   const torch::Tensor logits = all.slice(0, 0, samples);
-  const torch::Tensor lost = loss(logits, labels);
+  // The samples' sum: ranks add theirs up.
+  const torch::Tensor lost = functional::cross_entropy(
+      logits, wanted, functional::CrossEntropyFuncOptions().reduction(torch::kSum));
   if (unsure) {
     const double weight = method.learning.outliers * static_cast<double>(samples);
     (lost + weight * Outliers::loss(all.slice(0, samples))).backward();
@@ -56,7 +78,7 @@ Tally Learner::State::look_at(learning::Batch& batch,
     lost.backward();
   }
   return {.loss = lost.item<float>(),
-          .right = logits.argmax(1).eq(labels).sum().item<float>(),
+          .right = logits.argmax(1).eq(wanted).sum().item<float>(),
           .samples = static_cast<float>(batch.rows.size())};
 }
 
@@ -68,9 +90,22 @@ Learner::Learner(const learning::Method& method,
   state_->method = method;
   state_->extents = extents;
   state_->classes = classes;
+  state_->device = torch_device(method.learning.device);
   state_->classifier = make_classifier(method, extents, static_cast<std::int64_t>(classes.size()));
+  state_->classifier->to(state_->device);
   state_->classifier->eval();
 }
+
+namespace {
+
+/// Logits in memory, rows x classes.
+torch::Tensor answers_to(const Learner::State& state, std::vector<torch::Tensor> modalities) {
+  return state.classifier->forward(moved_to(state.device, std::move(modalities)))
+      .to(torch::kCPU)
+      .contiguous();
+}
+
+}  // namespace
 
 Learner::~Learner() = default;
 Learner::Learner(Learner&&) noexcept = default;
@@ -90,8 +125,7 @@ std::vector<float> Learner::predict(learning::SampleSource& source,
                                  method.learning.memory);
     reader.begin({});
     for (learning::Batch batch; reader.next(answer_batch, batch);) {
-      const torch::Tensor logits =
-          state_->classifier->forward(tensors_of(batch, reader.layouts())).contiguous();
+      const torch::Tensor logits = answers_to(*state_, tensors_of(batch, reader.layouts()));
       for (std::size_t i = 0; i < batch.rows.size(); ++i) {
         const auto at = static_cast<std::size_t>(
             std::lower_bound(rows.begin(), rows.end(), batch.rows[i]) - rows.begin());
@@ -115,7 +149,7 @@ std::vector<float> Learner::logits_of(const std::vector<std::vector<float>>& mod
     extent.insert(extent.end(), state_->extents[s].begin(), state_->extents[s].end());
     tensors.push_back(torch::tensor(modalities[s]).view(extent));
   }
-  const torch::Tensor logits = state_->classifier->forward(tensors).contiguous();
+  const torch::Tensor logits = answers_to(*state_, tensors);
   return {logits.data_ptr<float>(), logits.data_ptr<float>() + logits.numel()};
 }
 
@@ -138,7 +172,8 @@ std::vector<float> Learner::exciting_input(std::size_t class_number, std::span<c
     throw core::InputError(fmt::format("a start of {} values for an input of {}", start.size(),
                                        learning::values_in(state_->extents[0])));
   }
-  torch::Tensor input = torch::tensor(std::vector<float>(start.begin(), start.end())).view(extent);
+  torch::Tensor input =
+      torch::tensor(std::vector<float>(start.begin(), start.end())).view(extent).to(state_->device);
   const double length = std::sqrt(mean_square * static_cast<double>(start.size()));
   const double own = input.norm().item<double>();
   if (!(own > 0)) throw core::InputError("a start of zeros has no direction to be scaled in");
@@ -153,7 +188,7 @@ std::vector<float> Learner::exciting_input(std::size_t class_number, std::span<c
     input = (input + input.grad() * (step_length * length / slope)).clamp(0, 1);
     input = (input * (length / input.norm().item<double>())).clamp(0, 1);
   }
-  const torch::Tensor found = input.detach().contiguous();
+  const torch::Tensor found = input.detach().to(torch::kCPU).contiguous();
   return {found.data_ptr<float>(), found.data_ptr<float>() + found.numel()};
 }
 
@@ -164,13 +199,26 @@ void Learner::save(const std::filesystem::path& path) const {
                                 {to_bytes(*state_->classifier)}});
 }
 
-Learner Learner::load(const std::filesystem::path& path) {
+void Learner::save_for_others(const std::filesystem::path& folder) const {
+  const nlohmann::ordered_json table =
+      layer_table(*state_->classifier, state_->method, state_->extents, state_->classes);
+  const auto weights = weights_of(*state_->classifier);
+  write_safetensors(folder / "model.safetensors", table, weights);
+  write_torch_script(folder / "model.pt", table, weights);
+}
+
+Learner Learner::load(const std::filesystem::path& path, learning::Device device) {
   const learning::SealedFile file = learning::read_sealed(path);
-  Learner learner(learning::method_from(file.header.at("method")),
-                  file.header.at("extents").get<std::vector<learning::ModalityExtent>>(),
+  learning::Method method = learning::method_from(file.header.at("method"));
+  method.learning.device = device;
+  Learner learner(method, file.header.at("extents").get<std::vector<learning::ModalityExtent>>(),
                   file.header.at("classes").get<std::vector<std::string>>());
-  from_bytes(file.blocks.at(0), *learner.state_->classifier);
+  from_bytes(file.blocks.at(0), *learner.state_->classifier, learner.state_->device);
   return learner;
+}
+
+std::string Learner::device() const {
+  return state_->device.str();
 }
 
 const learning::Method& Learner::method() const {
@@ -181,7 +229,11 @@ const std::vector<std::string>& Learner::classes() const {
   return state_->classes;
 }
 
-void use_learning_threads(int threads) {
+void set_up_learning(int threads) {
+#ifdef __GLIBC__
+  mallopt(M_MMAP_MAX, 0);
+  mallopt(M_TRIM_THRESHOLD, -1);
+#endif
   torch::set_num_threads(threads);
 }
 

@@ -12,6 +12,7 @@
 #include "core/trace.hpp"
 #include "eval/learning/sealed_file.hpp"
 #include "eval/networks/detail/learner_state.hpp"
+#include "eval/networks/detail/linear_training.hpp"
 #include "eval/networks/detail/weights.hpp"
 
 namespace carillon::eval::networks {
@@ -80,18 +81,13 @@ Training::Training(Learner::State& learner, learning::SampleSource& source,
           learning::rows_of_rank(samples.rows(learning::Part::validation), ranks.rank, ranks.size),
           memory_of(validation_rows_)) {
   const learning::LearningOptions& options = method_.learning;
-  if (method_.kind == learning::MethodKind::linear_svm) {
-    optimizer_ = std::make_unique<torch::optim::SGD>(
-        learner_.classifier->parameters(),
-        torch::optim::SGDOptions(options.learning_rate).weight_decay(options.weight_decay));
-  } else {
-    optimizer_ = std::make_unique<torch::optim::Adam>(
-        learner_.classifier->parameters(),
-        torch::optim::AdamOptions(options.learning_rate).weight_decay(options.weight_decay));
-  }
+  optimizer_ = std::make_unique<torch::optim::Adam>(
+      learner_.classifier->parameters(),
+      torch::optim::AdamOptions(options.learning_rate).weight_decay(options.weight_decay));
   remark_on_batch();
   trained_.parameters = parameter_count(*learner_.classifier);
-  flat_ = torch::zeros({trained_.parameters + static_cast<std::int64_t>(Tally::numbers)});
+  flat_ = torch::zeros({trained_.parameters + static_cast<std::int64_t>(Tally::numbers)},
+                       learner_.device);
 }
 
 void require_finite(double loss) {
@@ -135,8 +131,8 @@ void Training::resume() {
   std::exception_ptr error;
   try {
     const learning::SealedFile file = learning::read_sealed(checkpoint_.file);
-    from_bytes(file.blocks.at(0), *learner_.classifier);
-    from_bytes(file.blocks.at(1), *optimizer_);
+    from_bytes(file.blocks.at(0), *learner_.classifier, learner_.device);
+    from_bytes(file.blocks.at(1), *optimizer_, learner_.device);
     best_ = file.blocks.at(2);
     for (const nlohmann::json& epoch : file.header.at("epochs")) {
       trained_.epochs.push_back(learning::epoch_from(epoch));
@@ -168,10 +164,13 @@ void Training::keep() const {
 Tally Training::sum(Tally tally, bool gradients, const std::exception_ptr& error) {
   tally.failed = error ? 1 : 0;
   tally.stop = watch_.stop && watch_.stop() ? 1 : 0;
-  const std::span<float> whole(flat_.data_ptr<float>(), static_cast<std::size_t>(flat_.numel()));
+  // Ranks add up in the processor's memory, which gradients are in there already.
+  torch::Tensor held = flat_.to(torch::kCPU);
+  const std::span<float> whole(held.data_ptr<float>(), static_cast<std::size_t>(held.numel()));
   const std::span<float> all = gradients ? whole : whole.last(Tally::numbers);
   tally.put(all.last(Tally::numbers));
   ranks_.sum(all);
+  if (gradients && !flat_.is_cpu()) flat_.copy_(held);
   const Tally total = Tally::of(all.last(Tally::numbers));
   if (total.failed > 0) {
     ranks_.agree(error);
@@ -224,11 +223,7 @@ Tally Training::validate() {
 
 void Training::set_rate(double rate) {
   for (torch::optim::OptimizerParamGroup& group : optimizer_->param_groups()) {
-    if (method_.kind == learning::MethodKind::linear_svm) {
-      static_cast<torch::optim::SGDOptions&>(group.options()).lr(rate);
-    } else {
-      static_cast<torch::optim::AdamOptions&>(group.options()).lr(rate);
-    }
+    static_cast<torch::optim::AdamOptions&>(group.options()).lr(rate);
   }
 }
 
@@ -239,7 +234,7 @@ std::optional<learning::Epoch> Training::one_epoch() {
   learning::Epoch epoch{.number = static_cast<std::int64_t>(trained_.epochs.size()) + 1,
                         .validation_loss = missing,
                         .validation_accuracy = missing,
-                        .learning_rate = learning::learning_rate_after(trained_.epochs, method_),
+                        .learning_rate = learning::learning_rate_after(trained_.epochs, options),
                         .ranks = ranks_.size};
   set_rate(epoch.learning_rate);
   const auto random = [&](const char* what) {
@@ -323,7 +318,7 @@ Trained Training::run() {
     trained_.remarks.push_back(fmt::format(
         "the last of {} epochs was the best: more of them may do better", method_.learning.epochs));
   }
-  if (!best_.empty()) from_bytes(best_, *learner_.classifier);
+  if (!best_.empty()) from_bytes(best_, *learner_.classifier, learner_.device);
   learner_.classifier->eval();
   return std::move(trained_);
 }
@@ -333,6 +328,9 @@ Trained Training::run() {
 Trained Learner::train(learning::SampleSource& source, const learning::LabelledSamples& samples,
                        const LearningRanks& ranks, const Checkpoint& checkpoint,
                        const LearningWatch& watch) {
+  if (method().kind == learning::MethodKind::linear_svm) {
+    return train_linear_machines(*state_, source, samples, ranks, watch);
+  }
   const auto format = source.clip_format();
   std::exception_ptr error;
   try {

@@ -39,6 +39,7 @@ struct Trained {
   std::int64_t resumed = 0;     ///< epochs that an earlier run made
   std::int64_t parameters = 0;  ///< numbers that were learnt
   std::size_t silent = 0;       ///< samples for training in which nothing sounds
+  double seconds = 0;           ///< of what learns in no epochs
   std::vector<std::string> remarks;
 };
 
@@ -61,16 +62,16 @@ struct Checkpoint {
 class Learner {
  public:
   /// @param classes  names, in the order of labels
-  /// @throws InputError  an extent is too small for a branch
+  /// @throws InputError  an extent is too small for a branch; the method's device is not there
   Learner(const learning::Method& method, const std::vector<learning::ModalityExtent>& extents,
           const std::vector<std::string>& classes);
   ~Learner();
   Learner(Learner&&) noexcept;
 
   /// Trains from the checkpoint, or anew where there is none, it is damaged, or of other inputs.
-  /// Adam (Kingma and Ba 2015) on the cross-entropy; for a linear support vector machine stochastic
-  /// gradient descent on the hinge loss of each class against the rest (Bottou 2010). The mean
-  /// gradient of all ranks' samples comes from one sum a step.
+  /// Adam (Kingma and Ba 2015) on the cross-entropy; the mean gradient of all ranks' samples comes
+  /// from one sum a step. Linear support vector machines come from liblinear (Fan et al. 2008), in
+  /// no epochs and without a checkpoint.
   /// @throws InputError  a sample that is not finite; a loss that is not, with the remedy
   /// @note Collective on the ranks.
   Trained train(learning::SampleSource& source, const learning::LabelledSamples& samples,
@@ -100,9 +101,15 @@ class Learner {
 
   /// What is kept of a trained classifier.
   void save(const std::filesystem::path& path) const;
+  /// The same for other programs: model.safetensors with weights and a table of layers, model.pt as
+  /// TorchScript.
+  void save_for_others(const std::filesystem::path& folder) const;
   /// @throws FileError, InputError  no such file, or damaged
-  static Learner load(const std::filesystem::path& path);
+  static Learner load(const std::filesystem::path& path,
+                      learning::Device device = learning::Device::automatic);
 
+  /// What it is computed on: cpu or cuda.
+  std::string device() const;
   const learning::Method& method() const;
   const std::vector<std::string>& classes() const;
 
@@ -112,7 +119,9 @@ class Learner {
   std::unique_ptr<State> state_;
 };
 
-/// For main(), before anything else of torch: its first call would take all cores otherwise.
-void use_learning_threads(int threads);
+/// For main(), before anything else of torch: its first call would take all cores otherwise. Memory
+/// that was freed is kept: tensors of a step are as large as those of the last, and to have the
+/// system map and clear each anew takes longer than what is computed in it.
+void set_up_learning(int threads);
 
 }  // namespace carillon::eval::networks

@@ -105,7 +105,7 @@ class Maker:
     def value(self, node, ask):
         """What one ask takes."""
         kind, count = ask["kind"], ask.get("count", 0)
-        one = self.quantity(ask) if kind in ("quantity", "range", "ranges", "quantities", "square_matrix") else {}
+        one = self.quantity(ask) if kind in ("quantity", "range", "ranges", "quantities", "rows", "square_matrix") else {}
         length = {"minItems": count, "maxItems": count} if count else {}
         if kind == "quantity":
             return one
@@ -116,6 +116,9 @@ class Maker:
             return {"type": "array", "items": item, **length}
         if kind == "quantities":
             return {"type": "array", "items": one, **length}
+        if kind == "rows":
+            row = {"type": "array", "items": one, **length}
+            return {"anyOf": [row, {"type": "array", "items": row}]}
         if kind == "square_matrix":
             return {"type": "array", "items": {"type": "array", "items": one, **length}, **length}
         if kind == "integer":

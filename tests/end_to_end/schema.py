@@ -254,7 +254,7 @@ class Agreement(SchemaTest):
             self.assertEqual(known - written, set())
 
     def test_every_key_that_a_reader_names_is_there(self):
-        ask = re.compile(r'(?:\.(?:quantity|positive|not_negative|range|ranges|quantities|square_matrix|integer|flag|texts?|choice'
+        ask = re.compile(r'(?:\.(?:quantity|positive|not_negative|range|ranges|quantities|rows|square_matrix|integer|flag|texts?|choice'
                          r'|child|children)\(|\b\w+\((?:node|levels|room|features|motion), |(?<![.\w])value\()\s*"([a-z]\w*)"')
         known = set().union(*map(properties, self.schemas.values()))
         named = set()

@@ -131,6 +131,9 @@ class Train(FolderTest):
             first = training(self.found, line["key"])
             if "nearest" in line["key"]:
                 numpy.testing.assert_array_equal(answers(line)[2], answers(first)[2], line["key"])
+            if "svm" in line["key"]:  # holds all that it learns from
+                self.assertIn("which fill `memory`", line["remarks"][0])
+                continue
             self.assertGreater(line["test_accuracy"], first["test_accuracy"] - 0.25, line["key"])
             self.assertGreater(line["test_accuracy"], 1.2 / len(line["classes"]), line["key"])
 
@@ -237,6 +240,40 @@ class Train(FolderTest):
         self.assertIn("has no voxels", result.stderr)
         self.assertIn("voxels: {resolution: 30}", result.stderr)
 
+    def test_learns_with_several_convolutions(self):
+        _, config = self.other("deep")
+        found = run_json("train", config, "-o", self.folder / "deep-out", "--device", "cpu", "--set", ONE_TASK, "--set",
+                         "train.methods={isnn-a: {filters: [8, 16], kernel: [[8, 3], [3, 3]], units: 32, "
+                         "learning_rate: 0.003}}")
+        line = found["trainings"][0]
+        self.assertEqual([layer["filters"] for layer in line["method"]["sizes"]["layers"]], [8, 16])
+        self.assertGreater(line["test_accuracy"], 0.5)
+        self.assertEqual(line["device"], "cpu")
+
+    def test_prints_balanced_accuracies_where_classes_are_unequal(self):
+        _, config = self.other("unequal")
+        output = self.folder / "unequal-out"
+        command = ["train", config, "-o", output, "--set", "train.tasks={geometry: {column: shape, label_groups: "
+                   "{bar: [bar-000], other: [tile-000, block-000, block-001]}}}", "--set",
+                   "train.methods={isnn-a: {epochs: 1, filters: 1, units: 1, kernel: [4, 2], learning_rate: 0.00001}}"]
+        result = run(*command)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        line = run_json(*command)["trainings"][0]
+        self.assertNotEqual(line["test_balanced_accuracy"], line["test_accuracy"])
+        self.assertRegex(result.stdout, "balanced +accuracy")
+        self.assertRegex(result.stdout, f"{100 * line['test_balanced_accuracy']:.2f} % +"
+                                        f"{100 * line['test_accuracy']:.2f} %")
+
+    def test_says_where_there_is_no_graphics_card(self):
+        found = run_json("train", self.config, "-o", self.output, "--device", "auto")
+        if any(line["device"] == "cuda" for line in found["trainings"]):
+            self.skipTest("there is one")
+        _, config = self.other("cuda")
+        result = run("train", config, "-o", self.folder / "cuda-out", "--device", "cuda")
+        self.assertEqual(result.returncode, 2)
+        self.assertRegex(result.stderr, "without CUDA|no graphics card")
+        self.assertIn("--device cpu", result.stderr)
+
     def test_says_what_is_wrong_in_a_configuration(self):
         for override, said in (("train.methods={isn-a: {}}", "no classifier is known"),
                                ("train.methods={a: {branches: [ear]}}", "unknown value"),
@@ -244,7 +281,15 @@ class Train(FolderTest):
                                ("train.tasks={a: {column: shape, split_column: split_shape}}",
                                 "whole shapes are held out"),
                                ("train.tasks={a: {column: weight}}", "no column of texts"),
-                               ("train.batch=0", "batch"), ("train.memori=1 GiB", "memory")):
+                               ("train.methods={isnn-a: {filters: [8, 16], kernel: [[4, 2], [3, 3], [3, 3]]}}",
+                                "filters: is of 2 convolutions, and `kernel` of 3"),
+                               ("train.methods={isnn-a: {kernel: [[16, 4], [3]]}}", "a list of 2 values"),
+                               ("train.methods={isnn-a: {filters: [8, 1.5]}}", "a whole number, or one for each"),
+                               ("train.methods={isnn-a: {filters: [8, 16], kernel: [16, 4]}}",
+                                "convolution 2 of isnn needs at least 17 bands"),
+                               ("train.methods={linear-svm-a: {learning_rate: 1}}", "learning_rate: unknown key"),
+                               ("train.methods={linear-svm-a: {cost: 0}}", "cost"),
+                               ("train.device=gpu", "device"), ("train.batch=0", "batch"), ("train.memori=1 GiB", "memory")):
             result = run("train", self.config, "-o", self.output, "--set", override)
             self.assertEqual(result.returncode, 2, override)
             self.assertIn(said, result.stderr, override)

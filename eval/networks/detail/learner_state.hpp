@@ -33,15 +33,18 @@ struct Tally {
 std::vector<torch::Tensor> tensors_of(learning::Batch& batch,
                                       const std::vector<learning::ModalityLayout>& layouts);
 
+/// The same where a network is computed.
+std::vector<torch::Tensor> moved_to(const torch::Device& device,
+                                    std::vector<torch::Tensor> modalities);
+
 struct Learner::State {
   learning::Method method;
   std::vector<learning::ModalityExtent> extents;
   std::vector<std::string> classes;
   std::shared_ptr<Classifier> classifier;
+  torch::Device device = torch::kCPU;
   std::optional<Outliers> outliers;  ///< while it learns, where it is to meet some
 
-  /// Sum of the samples' losses.
-  torch::Tensor loss(const torch::Tensor& logits, const torch::Tensor& labels) const;
   /// Loss and right answers of a batch; with `learn` the gradient too.
   Tally look_at(learning::Batch& batch, const std::vector<learning::ModalityLayout>& layouts,
                 bool learn);

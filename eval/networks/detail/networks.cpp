@@ -3,9 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <utility>
 
 #include "core/error.hpp"
+#include "eval/networks/detail/copies.hpp"
+#include "eval/networks/detail/sound_layer.hpp"
 
 namespace carillon::eval::networks {
 
@@ -36,101 +37,58 @@ nn::Sequential with_dense_layer(nn::Sequential layers, const learning::ModalityE
   return layers;
 }
 
-[[noreturn]] void too_small(const char* branch, const std::string& needs,
+[[noreturn]] void too_small(const std::string& branch, const std::string& needs,
                             const learning::ModalityExtent& extent) {
   std::string text;
   for (const std::int64_t side : extent)
     text += fmt::format("{}{}", text.empty() ? "" : " x ", side);
-  throw core::InputError(fmt::format("{} needs {}, and gets {}", branch, needs, text));
+  throw core::InputError(fmt::format("{} needs {}, and gets {}", branch, needs, text),
+                         branch.ends_with("isnn") ? "smaller `kernel` or `pooling`" : "");
 }
 
 nn::Sequential isnn(const learning::LayerSizes& sizes, const learning::ModalityExtent& extent) {
-  if (extent[1] < sizes.kernel_bands + sizes.pool_bands - 1 ||
-      extent[2] < sizes.kernel_frames + sizes.pool_frames - 1) {
-    too_small(
-        "isnn",
-        fmt::format("at least {} bands and {} frames", sizes.kernel_bands + sizes.pool_bands - 1,
-                    sizes.kernel_frames + sizes.pool_frames - 1),
-        extent);
-  }
   nn::Sequential layers;
-  layers->push_back(
-      nn::Conv2d(nn::Conv2dOptions(1, sizes.filters, {sizes.kernel_bands, sizes.kernel_frames})));
-  layers->push_back(nn::ReLU());
-  layers->push_back(nn::MaxPool2d(nn::MaxPool2dOptions({sizes.pool_bands, sizes.pool_frames})));
+  std::int64_t channels = 1, bands = extent[1], frames = extent[2];
+  for (std::size_t i = 0; i < sizes.layers.size(); ++i) {
+    const learning::SpectrogramLayer& layer = sizes.layers[i];
+    const std::int64_t min_bands = layer.kernel_bands + layer.pool_bands - 1;
+    const std::int64_t min_frames = layer.kernel_frames + layer.pool_frames - 1;
+    if (bands < min_bands || frames < min_frames) {
+      too_small(sizes.layers.size() == 1 ? "isnn" : fmt::format("convolution {} of isnn", i + 1),
+                fmt::format("at least {} bands and {} frames", min_bands, min_frames),
+                {bands, frames});
+    }
+    layers->push_back(nn::Conv2d(
+        nn::Conv2dOptions(channels, layer.filters, {layer.kernel_bands, layer.kernel_frames})));
+    layers->push_back(nn::ReLU());
+    layers->push_back(nn::MaxPool2d(nn::MaxPool2dOptions({layer.pool_bands, layer.pool_frames})));
+    channels = layer.filters;
+    bands = (bands - layer.kernel_bands + 1) / layer.pool_bands;
+    frames = (frames - layer.kernel_frames + 1) / layer.pool_frames;
+  }
   return with_dense_layer(layers, extent, sizes.width, sizes.dropout, sizes.dropout);
 }
 
-/// Maturana and Scherer 2015, with the drop-out of the authors' program.
+/// Maturana and Scherer 2015, with the drop-out of the authors' program. Of turned copies it learns
+/// from one that is drawn, and answers with the mean of their features: of their logits where one
+/// linear layer follows.
 nn::Sequential voxnet(const learning::LayerSizes& sizes, const learning::ModalityExtent& extent) {
   if (*std::min_element(extent.begin() + 1, extent.end()) < 11) {
     too_small("voxnet", "at least 11 voxels on each side", extent);
   }
   const auto leaky = nn::LeakyReLUOptions().negative_slope(0.1);
+  const std::int64_t turns = extent[0];
   nn::Sequential layers;
+  if (turns > 1) layers->push_back(Copies(learning::ModalityExtent{1, extent[1], extent[2], extent[3]}, true));
   layers->push_back(nn::Conv3d(nn::Conv3dOptions(1, 32, 5).stride(2)));
   layers->push_back(nn::LeakyReLU(leaky));
   layers->push_back(nn::Dropout(0.2));
   layers->push_back(nn::Conv3d(nn::Conv3dOptions(32, 32, 3)));
   layers->push_back(nn::LeakyReLU(leaky));
   layers->push_back(nn::MaxPool3d(nn::MaxPool3dOptions(2)));
-  return with_dense_layer(layers, extent, sizes.width, 0.3, 0.4);
-}
-
-/// Features of turned copies of an object (Maturana and Scherer 2015): while it learns, of one that
-/// is drawn for each sample; then their mean, which is the mean of the copies' logits where one
-/// linear layer follows.
-class TurnedImpl : public nn::Module {
- public:
-  explicit TurnedImpl(nn::Sequential branch)
-      : branch_(register_module("branch", std::move(branch))) {}
-  torch::Tensor forward(const torch::Tensor& input) {
-    const std::int64_t samples = input.size(0), turns = input.size(1);
-    if (is_training()) {
-      const torch::Tensor turn = torch::randint(turns, {samples}, torch::kInt64);
-      return branch_->forward(input.index({torch::arange(samples), turn}).unsqueeze(1));
-    }
-    return branch_->forward(input.flatten(0, 1).unsqueeze(1)).view({samples, turns, -1}).mean(1);
-  }
-
- private:
-  nn::Sequential branch_;
-};
-TORCH_MODULE(Turned);
-
-nn::Sequential turned_voxnet(const learning::LayerSizes& sizes, learning::ModalityExtent extent) {
-  const std::int64_t turns = std::exchange(extent[0], 1);
-  nn::Sequential branch = voxnet(sizes, extent);
-  return turns == 1 ? branch : nn::Sequential(Turned(branch));
-}
-
-/// Normalised over the batch and time; by what was met before where there is but one value, which
-/// has no variance: the last sample of an epoch, of a short clip.
-class BatchNormImpl : public nn::Module {
- public:
-  explicit BatchNormImpl(std::int64_t channels)
-      : norm_(register_module("norm", nn::BatchNorm1d(channels))) {}
-  torch::Tensor forward(const torch::Tensor& input) {
-    if (input.size(0) * input.size(2) > 1) return norm_(input);
-    return nn::functional::batch_norm(input, norm_->running_mean, norm_->running_var,
-                                      nn::functional::BatchNormFuncOptions()
-                                          .weight(norm_->weight)
-                                          .bias(norm_->bias)
-                                          .eps(norm_->options.eps()));
-  }
-
- private:
-  nn::BatchNorm1d norm_;
-};
-TORCH_MODULE(BatchNorm);
-
-/// One layer of SoundNet: convolution, normalised over the batch, rectified.
-void push_sound_layer(nn::Sequential& layers, std::int64_t from, std::int64_t to,
-                      std::int64_t kernel, std::int64_t pool) {
-  layers->push_back(nn::Conv1d(nn::Conv1dOptions(from, to, kernel).stride(2).padding(kernel / 2)));
-  layers->push_back(BatchNorm(to));
-  layers->push_back(nn::ReLU());
-  if (pool > 1) layers->push_back(nn::MaxPool1d(nn::MaxPool1dOptions(pool)));
+  layers = with_dense_layer(layers, extent, sizes.width, 0.3, 0.4);
+  if (turns > 1) layers->push_back(OverCopies(turns, OverCopiesImpl::By::mean));
+  return layers;
 }
 
 /// Means over what is left of time, so that clips of any length fit.
@@ -143,21 +101,22 @@ nn::Sequential soundnet(const learning::LayerSizes& sizes, const learning::Modal
               fmt::format("clips of at least {} samples at 22,050 Hz", shortest), extent);
   }
   nn::Sequential layers;
+  layers->push_back(TimeFirst());
   if (deep) {
-    push_sound_layer(layers, 1, 16, 64, 8);
-    push_sound_layer(layers, 16, 32, 32, 8);
-    push_sound_layer(layers, 32, 64, 16, 1);
-    push_sound_layer(layers, 64, 128, 8, 1);
-    push_sound_layer(layers, 128, 256, 4, 4);
-    push_sound_layer(layers, 256, 512, 4, 1);
-    push_sound_layer(layers, 512, 1024, 4, 1);
+    layers->push_back(SoundLayer(1, 16, 64, 8));
+    layers->push_back(SoundLayer(16, 32, 32, 8));
+    layers->push_back(SoundLayer(32, 64, 16, 1));
+    layers->push_back(SoundLayer(64, 128, 8, 1));
+    layers->push_back(SoundLayer(128, 256, 4, 4));
+    layers->push_back(SoundLayer(256, 512, 4, 1));
+    layers->push_back(SoundLayer(512, 1024, 4, 1));
   } else {
-    push_sound_layer(layers, 1, 32, 64, 8);
-    push_sound_layer(layers, 32, 64, 32, 8);
-    push_sound_layer(layers, 64, 128, 16, 8);
-    push_sound_layer(layers, 128, 256, 8, 1);
+    layers->push_back(SoundLayer(1, 32, 64, 8));
+    layers->push_back(SoundLayer(32, 64, 32, 8));
+    layers->push_back(SoundLayer(64, 128, 16, 8));
+    layers->push_back(SoundLayer(128, 256, 8, 1));
   }
-  layers->push_back(nn::AdaptiveAvgPool1d(nn::AdaptiveAvgPool1dOptions(1)));
+  layers->push_back(TimeMean());
   return with_dense_layer(layers, extent, sizes.width, 0, sizes.dropout);
 }
 
@@ -168,7 +127,7 @@ nn::Sequential image(const learning::LayerSizes& sizes, const learning::Modality
   const bool several = extent.size() == 4;
   std::int64_t channels = several ? extent[1] : extent[0];
   if (several) {
-    layers->push_back(nn::Functional([](torch::Tensor views) { return views.flatten(0, 1); }));
+    layers->push_back(Copies(learning::ModalityExtent(extent.begin() + 1, extent.end()), false));
   }
   for (const std::int64_t filters : {16, 32, 64}) {
     layers->push_back(nn::Conv2d(nn::Conv2dOptions(channels, filters, 3).padding(1)));
@@ -177,9 +136,7 @@ nn::Sequential image(const learning::LayerSizes& sizes, const learning::Modality
     channels = filters;
   }
   if (several) {
-    layers->push_back(nn::Functional([count = extent[0]](const torch::Tensor& features) {
-      return features.unflatten(0, {-1, count}).amax(1);
-    }));
+    layers->push_back(OverCopies(extent[0], OverCopiesImpl::By::maximum));
   }
   return with_dense_layer(layers, extent, sizes.width, sizes.dropout, sizes.dropout);
 }
@@ -208,7 +165,7 @@ nn::Sequential make_branch(learning::Branch branch, const learning::LayerSizes& 
     case learning::Branch::soundnet8:
       return soundnet(sizes, extent, true);
     case learning::Branch::voxnet:
-      return turned_voxnet(sizes, extent);
+      return voxnet(sizes, extent);
     case learning::Branch::image:
       return image(sizes, extent);
     case learning::Branch::touch:
@@ -332,10 +289,7 @@ std::shared_ptr<Classifier> make_classifier(const learning::Method& method,
 
 torch::Tensor joined(const std::vector<torch::Tensor>& modalities) {
   std::vector<torch::Tensor> flat;
-  for (const torch::Tensor& modality : modalities) {
-    // Of voxels' turned copies the first.
-    flat.push_back((modality.dim() == 5 ? modality.slice(1, 0, 1) : modality).flatten(1));
-  }
+  for (const torch::Tensor& modality : modalities) flat.push_back(modality.flatten(1));
   return torch::cat(flat, 1);
 }
 

@@ -16,10 +16,10 @@ std::string bytes_of(const Source& source) {
 }
 
 template <class Target>
-void load_bytes(const std::string& bytes, Target& target) {
+void load_bytes(const std::string& bytes, Target& target, const torch::Device& device) {
   std::istringstream stream(bytes);
   torch::serialize::InputArchive archive;
-  archive.load_from(stream);
+  archive.load_from(stream, device);
   target.load(archive);
 }
 
@@ -37,12 +37,13 @@ std::string to_bytes(const torch::optim::Optimizer& optimizer) {
   return bytes_of(optimizer);
 }
 
-void from_bytes(const std::string& bytes, torch::nn::Module& module) {
-  load_bytes(bytes, module);
+void from_bytes(const std::string& bytes, torch::nn::Module& module, const torch::Device& device) {
+  load_bytes(bytes, module, device);
 }
 
-void from_bytes(const std::string& bytes, torch::optim::Optimizer& optimizer) {
-  load_bytes(bytes, optimizer);
+void from_bytes(const std::string& bytes, torch::optim::Optimizer& optimizer,
+                const torch::Device& device) {
+  load_bytes(bytes, optimizer, device);
 }
 
 std::int64_t parameter_count(const torch::nn::Module& module) {
@@ -63,8 +64,8 @@ std::vector<float> running_statistics(const torch::nn::Module& module) {
   std::vector<float> flat;
   for (const torch::Tensor& buffer : module.buffers()) {
     if (!is_running_statistic(buffer)) continue;
-    const float* from = buffer.data_ptr<float>();
-    flat.insert(flat.end(), from, from + buffer.numel());
+    const torch::Tensor held = buffer.to(torch::kCPU).contiguous();
+    flat.insert(flat.end(), held.data_ptr<float>(), held.data_ptr<float>() + held.numel());
   }
   return flat;
 }
@@ -73,8 +74,10 @@ void set_running_statistics(std::span<const float> flat, torch::nn::Module& modu
   std::size_t at = 0;
   for (torch::Tensor& buffer : module.buffers()) {
     if (!is_running_statistic(buffer)) continue;
-    float* to = buffer.data_ptr<float>();
-    for (std::int64_t i = 0; i < buffer.numel(); ++i) to[i] = flat[at++];
+    const auto count = static_cast<std::size_t>(buffer.numel());
+    const auto values = flat.subspan(at, count);
+    buffer.copy_(torch::tensor(std::vector<float>(values.begin(), values.end())).view_as(buffer));
+    at += count;
   }
 }
 

@@ -11,8 +11,11 @@ namespace carillon::eval::networks {
 /// Bytes of torch's archive.
 std::string to_bytes(const torch::nn::Module& module);
 std::string to_bytes(const torch::optim::Optimizer& optimizer);
-void from_bytes(const std::string& bytes, torch::nn::Module& module);
-void from_bytes(const std::string& bytes, torch::optim::Optimizer& optimizer);
+/// @param device  what the module is on
+void from_bytes(const std::string& bytes, torch::nn::Module& module,
+                const torch::Device& device = torch::kCPU);
+void from_bytes(const std::string& bytes, torch::optim::Optimizer& optimizer,
+                const torch::Device& device = torch::kCPU);
 
 /// Numbers that are learnt.
 std::int64_t parameter_count(const torch::nn::Module& module);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "eval/learning/known_methods.hpp"
@@ -61,6 +62,67 @@ void read_steps(ConfigNode& node, learning::LearningOptions& learning) {
   learning.batch = node.integer("batch", 1, many, learning.batch);
 }
 
+/// Whole numbers of each convolution; pairs of bands and frames where there are two of each.
+std::vector<std::vector<double>> read_layer_sizes(ConfigNode& node, const std::string& key,
+                                                  std::vector<double> fallback) {
+  std::vector<std::vector<double>> sizes;
+  if (fallback.size() == 2) {
+    sizes = node.rows(key, Dimension::none, 2, fallback);
+  } else if (node.is_list(key)) {
+    for (const double size : node.quantities(key, Dimension::none)) sizes.push_back({size});
+  } else {
+    sizes = {{static_cast<double>(
+        node.integer(key, 1, many, static_cast<std::int64_t>(fallback.front())))}};
+  }
+  const double largest = fallback.size() == 2 ? 1024 : static_cast<double>(many);
+  for (const std::vector<double>& layer : sizes) {
+    for (const double side : layer) {
+      if (side >= 1 && side <= largest && side == std::floor(side)) continue;
+      node.fail(key, fallback.size() == 2
+                         ? "takes two whole numbers, bands and frames, or such a pair for each "
+                           "convolution"
+                         : "takes a whole number, or one for each convolution");
+    }
+  }
+  if (sizes.empty()) node.fail(key, "is of no convolution", "one value, or one for each of them");
+  return sizes;
+}
+
+/// A list says how many convolutions there are; what is given once is of each of them.
+void read_layers(ConfigNode& node, std::vector<learning::SpectrogramLayer>& layers) {
+  const learning::SpectrogramLayer usual;
+  const auto number = [](std::int64_t value) { return static_cast<double>(value); };
+  const std::pair<const char*, std::vector<std::vector<double>>> given[] = {
+      {"filters", read_layer_sizes(node, "filters", {number(usual.filters)})},
+      {"kernel",
+       read_layer_sizes(node, "kernel", {number(usual.kernel_bands), number(usual.kernel_frames)})},
+      {"pooling",
+       read_layer_sizes(node, "pooling", {number(usual.pool_bands), number(usual.pool_frames)})}};
+  const auto* longest = std::max_element(
+      std::begin(given), std::end(given),
+      [](const auto& a, const auto& b) { return a.second.size() < b.second.size(); });
+  const std::size_t count = longest->second.size();
+  for (const auto& [key, sizes] : given) {
+    if (sizes.size() == 1 || sizes.size() == count) continue;
+    node.fail(
+        key,
+        fmt::format("is of {} convolutions, and `{}` of {}", sizes.size(), longest->first, count),
+        "as many values, or one for all of them");
+  }
+  layers.assign(count, usual);
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto size = [&](std::size_t which, std::size_t side) {
+      const auto& sizes = given[which].second;
+      return static_cast<std::int64_t>(sizes[sizes.size() == 1 ? 0 : i][side]);
+    };
+    layers[i] = {.filters = size(0, 0),
+                 .kernel_bands = size(1, 0),
+                 .kernel_frames = size(1, 1),
+                 .pool_bands = size(2, 0),
+                 .pool_frames = size(2, 1)};
+  }
+}
+
 /// Those that the method has; others are no keys of it.
 void read_sizes(ConfigNode& node, learning::Method& method) {
   learning::LayerSizes& sizes = method.sizes;
@@ -68,23 +130,9 @@ void read_sizes(ConfigNode& node, learning::Method& method) {
     return std::find(method.branches.begin(), method.branches.end(), branch) !=
            method.branches.end();
   };
-  const auto pair = [&](const char* key, std::int64_t& bands, std::int64_t& frames) {
-    const auto sides = node.quantities(
-        key, Dimension::none, 2,
-        std::vector<double>{static_cast<double>(bands), static_cast<double>(frames)});
-    for (const double side : sides) {
-      if (!(side >= 1 && side <= 1024 && side == std::floor(side))) {
-        node.fail(key, "takes two whole numbers, bands and frames");
-      }
-    }
-    bands = static_cast<std::int64_t>(sides[0]);
-    frames = static_cast<std::int64_t>(sides[1]);
-  };
   sizes.width = node.integer("units", 1, many, sizes.width);
   if (has(learning::Branch::isnn)) {
-    sizes.filters = node.integer("filters", 1, many, sizes.filters);
-    pair("kernel", sizes.kernel_bands, sizes.kernel_frames);
-    pair("pooling", sizes.pool_bands, sizes.pool_frames);
+    read_layers(node, sizes.layers);
   }
   if (!std::all_of(method.branches.begin(), method.branches.end(),
                    [](learning::Branch branch) { return branch == learning::Branch::voxnet; })) {
@@ -156,14 +204,12 @@ learning::Method read_method(ConfigNode& node, const std::string& name,
   read_spectrogram(node, method);
   if (method.kind == learning::MethodKind::nearest_neighbour) {
     method.neighbours = node.integer("neighbours", 1, many, method.neighbours);
-    method.learning = common;
-    return method;
   }
-  // Rates are of the kind of method, the rest is the section's.
-  const learning::LearningOptions rates = learning::usual_learning(method.kind);
+  if (method.kind == learning::MethodKind::linear_svm) {
+    method.cost = node.positive("cost", Dimension::none, method.cost);
+  }
   method.learning = common;
-  method.learning.learning_rate = rates.learning_rate;
-  method.learning.weight_decay = rates.weight_decay;
+  if (method.kind != learning::MethodKind::network) return method;
   read_steps(node, method.learning);
   method.learning.learning_rate =
       node.positive("learning_rate", Dimension::none, method.learning.learning_rate);
@@ -216,6 +262,8 @@ LearningConfig read_learning(ConfigNode& node, const std::string& file) {
       node.integer("seed", 0, std::numeric_limits<std::int64_t>::max(), 0));
   read_steps(node, common);
   common.memory = node.positive("memory", Dimension::memory, common.memory);
+  common.device = learning::device_named(
+      node.choice("device", names_of(learning::all_devices), std::string(name_of(common.device))));
   config.listener = static_cast<std::size_t>(node.integer("listener", 0, many, 0));
   config.join = node.flag("join", false);
   if (node.has("with")) {

@@ -19,10 +19,10 @@ double validation_rank(const TrainingRecord& record) {
   return std::isnan(record.validation_accuracy) ? -1.0 : record.validation_accuracy;
 }
 
-Recogniser::Recogniser(const fs::path& folder)
+Recogniser::Recogniser(const fs::path& folder, learning::Device device)
     : folder_(folder),
       record_(read_record(folder)),
-      learner_(networks::Learner::load(folder / "model")),
+      learner_(networks::Learner::load(folder / "model", device)),
       recognition_(recognition::load_recognition(folder / "recognition")),
       preparer_(recognition_.format) {}
 
@@ -98,13 +98,14 @@ const Candidate& best_of(const std::vector<const Candidate*>& candidates) {
 }  // namespace
 
 std::vector<Recogniser> find_recognisers(const fs::path& folder, const std::string& method,
-                                         const std::vector<std::string>& tasks) {
+                                         const std::vector<std::string>& tasks,
+                                         learning::Device device) {
   std::vector<Recogniser> recognisers;
   const std::vector<Candidate> found = find_candidates(folder, method, tasks);
   std::map<std::string, std::vector<const Candidate*>> by_task;
   for (const Candidate& one : found) by_task[one.record.task.name].push_back(&one);
   for (const auto& [task, candidates] : by_task) {
-    recognisers.emplace_back(best_of(candidates).folder);
+    recognisers.emplace_back(best_of(candidates).folder, device);
   }
   if (recognisers.empty()) {
     const core::WhatIs what = core::what_is(folder);

@@ -14,7 +14,8 @@ class Recogniser {
  public:
   /// @param folder  of the training: `model` and `recognition`
   /// @throws FileError, InputError  one is not there, or damaged
-  explicit Recogniser(const std::filesystem::path& folder);
+  explicit Recogniser(const std::filesystem::path& folder,
+                      learning::Device device = learning::Device::automatic);
 
   /// Folder of the training.
   const std::filesystem::path& folder() const { return folder_; }
@@ -50,6 +51,7 @@ double validation_rank(const TrainingRecord& record);
 /// @throws InputError  there is none, or of one task from several sources; says what to do
 std::vector<Recogniser> find_recognisers(const std::filesystem::path& folder,
                                          const std::string& method,
-                                         const std::vector<std::string>& tasks);
+                                         const std::vector<std::string>& tasks,
+                                         learning::Device device = learning::Device::automatic);
 
 }  // namespace carillon::eval::studies

@@ -38,6 +38,7 @@ ordered_json to_json(const TrainingRecord& record) {
   found["test_balanced_accuracy"] = core::number_or_null(record.test_balanced_accuracy);
   found["timing"]["seconds"] = record.seconds;
   found["ranks"] = record.ranks;
+  found["device"] = record.device;
   found["remarks"] = record.remarks;
   return found;
 }
@@ -73,6 +74,7 @@ TrainingRecord record_from(const json& found) {
   record.test_balanced_accuracy = core::number_or_nan(found.at("test_balanced_accuracy"));
   record.seconds = timing.at("seconds");
   record.ranks = found.at("ranks");
+  record.device = found.value("device", record.device);
   record.remarks = found.at("remarks").get<std::vector<std::string>>();
   return record;
 }

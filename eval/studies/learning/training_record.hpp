@@ -36,6 +36,7 @@ struct TrainingRecord {
   double test_accuracy = core::nan, test_balanced_accuracy = core::nan;
   double seconds = 0;  ///< in all
   int ranks = 1;
+  std::string device = "cpu";  ///< or cuda
   std::vector<std::string> remarks;
 };
 

@@ -24,7 +24,7 @@ namespace carillon::eval::studies {
 namespace {
 
 /// Raised whenever the same inputs would give other numbers.
-constexpr int learning_version = 5;
+constexpr int learning_version = 6;
 
 /// Of a training without validation samples, their loss and accuracy are nan.
 std::string curves_csv(const networks::Trained& trained) {
@@ -93,6 +93,7 @@ TrainingRecord::Learnt summary_of(const networks::Trained& trained) {
     learnt.validation_loss =
         trained.epochs[static_cast<std::size_t>(trained.best - 1)].validation_loss;
   }
+  learnt.training_s = trained.seconds;
   for (const learning::Epoch& epoch : trained.epochs) {
     learnt.training_s += epoch.seconds;
     learnt.waited_s += epoch.waited_s;
@@ -206,6 +207,9 @@ void keep(const TrainingJob& job, const Learnt& learnt, const TrainingRecord& re
   std::filesystem::create_directories(job.folder);
   if (learnt.learner) {
     learnt.learner->save(job.folder / "model");
+    learnt.learner->save_for_others(job.folder);
+  }
+  if (!learnt.trained.epochs.empty()) {
     core::write_text_durably(job.folder / "curves.csv", curves_csv(learnt.trained));
   }
   if (learnt.recognition)
@@ -213,6 +217,14 @@ void keep(const TrainingJob& job, const Learnt& learnt, const TrainingRecord& re
   write_answers(job.folder / "answers.h5", learnt.answers);
   core::write_text_durably(job.folder / "training.json", to_json(record).dump(1) + "\n");
   std::filesystem::remove(job.folder / "checkpoint");
+}
+
+/// Where classes are not equally many, the mean of their recalls first.
+std::string reached(const char* part, double accuracy, std::optional<double> balanced) {
+  if (std::isnan(accuracy)) return fmt::format("no {} samples", part);
+  if (!balanced || *balanced == accuracy) return fmt::format("{} {:.1f} %", part, 100 * accuracy);
+  return fmt::format("{} {:.1f} % balanced, {:.1f} % of all", part, 100 * *balanced,
+                     100 * accuracy);
 }
 
 }  // namespace
@@ -235,12 +247,17 @@ JobEnd run_job(const TrainingJob& job, learning::SampleSource& source, MPI_Comm 
   Watched watched(job, mpi::rank(world) != 0);
   Learnt learnt = learn(job, source, samples, ranks, watched.watch, world);
   if (learnt.trained.interrupted) {
-    watched.finish(fmt::format("stopped after {} epochs; the same command goes on",
-                               learnt.trained.epochs.size()));
+    watched.finish(learnt.trained.epochs.empty()
+                       ? "stopped"
+                       : fmt::format("stopped after {} epochs; the same command goes on",
+                                     learnt.trained.epochs.size()));
     end.interrupted = true;
     return end;
   }
-  if (learnt.learner) record.learnt = summary_of(learnt.trained);
+  if (learnt.learner) {
+    record.learnt = summary_of(learnt.trained);
+    record.device = learnt.learner->device();
+  }
   answer(job, source, samples, ranks, learnt);
   if (job.is_for_use) try_recognition(job, source, samples, ranks, learnt, record);
   add_accuracies(record, learnt.answers);
@@ -250,10 +267,9 @@ JobEnd run_job(const TrainingJob& job, learning::SampleSource& source, MPI_Comm 
   record.seconds = core::monotonic_seconds() - start;
   record.ranks = ranks.size;
   // Who chooses sizes sees the validation samples alone.
-  const char* part = job.is_for_use ? "test" : "validation";
-  const double reached = job.is_for_use ? record.test_accuracy : record.validation_accuracy;
-  watched.finish(std::isnan(reached) ? fmt::format("no {} samples", part)
-                                     : fmt::format("{} {:.1f} %", part, 100 * reached));
+  watched.finish(job.is_for_use
+                     ? reached("test", record.test_accuracy, record.test_balanced_accuracy)
+                     : reached("validation", record.validation_accuracy, {}));
   end.record = *shared(record, world);
   mpi::agreed(world, [&] {
     if (mpi::rank(world) != 0) return;

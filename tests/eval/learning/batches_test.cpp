@@ -159,17 +159,16 @@ TEST(Epochs, KeepTheBestAndEndAfterThePatience) {
 }
 
 TEST(Epochs, LowerTheLearningRateWhereNothingGetsBetter) {
-  learning::Method method;
-  method.learning = {.patience = 4, .learning_rate = 0.9};
+  const learning::LearningOptions options{.patience = 4, .learning_rate = 0.9};
   std::vector<learning::Epoch> epochs = {epoch_of(1, 2), epoch_of(2, 1)};
-  EXPECT_DOUBLE_EQ(learning::learning_rate_after(epochs, method), 0.9);
+  EXPECT_DOUBLE_EQ(learning::learning_rate_after(epochs, options), 0.9);
   epochs.push_back(epoch_of(3, 1));
-  EXPECT_DOUBLE_EQ(learning::learning_rate_after(epochs, method), 0.9);
+  EXPECT_DOUBLE_EQ(learning::learning_rate_after(epochs, options), 0.9);
   epochs.push_back(epoch_of(4, 1.1));
-  EXPECT_DOUBLE_EQ(learning::learning_rate_after(epochs, method), 0.3);
+  EXPECT_DOUBLE_EQ(learning::learning_rate_after(epochs, options), 0.3);
   epochs.push_back(epoch_of(5, 0.5));
   epochs.push_back(epoch_of(6, 0.6));
-  EXPECT_DOUBLE_EQ(learning::learning_rate_after(epochs, method), 0.3);
+  EXPECT_DOUBLE_EQ(learning::learning_rate_after(epochs, options), 0.3);
 }
 
 }  // namespace

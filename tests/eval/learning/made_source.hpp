@@ -117,11 +117,7 @@ inline learning::Method made_method(std::vector<learning::Branch> branches,
     method.modalities.push_back(learning::modality_of(branch));
   method.spectrogram.scale = learning::SpectrogramScale::power;  // as MadeSource gives them
   method.sizes = {.width = 16,
-                  .filters = 8,
-                  .kernel_bands = 6,
-                  .kernel_frames = 2,
-                  .pool_bands = 2,
-                  .pool_frames = 2,
+                  .layers = {{.filters = 8, .kernel_bands = 6, .kernel_frames = 2}},
                   .dropout = 0.2,
                   .fused = 12,
                   .factors = 3};

@@ -1,10 +1,14 @@
 // Layers: extents, gradients against finite differences, and fusions against their formulas.
 #include <gtest/gtest.h>
+#include <torch/script.h>
 
 #include <cmath>
 
 #include "core/error.hpp"
+#include "core/temporary_folder.hpp"
+#include "eval/networks/detail/layer_table.hpp"
 #include "eval/networks/detail/networks.hpp"
+#include "eval/networks/detail/portable_weights.hpp"
 #include "eval/networks/detail/weights.hpp"
 #include "tests/eval/learning/made_source.hpp"
 
@@ -61,10 +65,65 @@ TEST_P(Branches, GiveFeaturesAndLogitsAndEveryWeightLearns) {
     EXPECT_TRUE(torch::isfinite(item.value().grad()).all().item<bool>()) << item.key();
   }
 }
+TEST_P(Branches, AreDescribedByTheirLayers) {
+  // The TorchScript of the table, which has no other source, answers as the network does.
+  torch::manual_seed(7);
+  const learning::Method method = made_method({GetParam(), GetParam()}, learning::Fusion::bilinear);
+  const auto network = networks::make_classifier(method, extents_of(method), 5);
+  const auto modalities = random_modalities(method, 4);
+  network->train();
+  network->forward(modalities);  // statistics that are not those of nothing
+  network->eval();
+  const core::TemporaryFolder folder;
+  const auto table =
+      networks::layer_table(*network, method, extents_of(method), {"a", "b", "c", "d", "e"});
+  networks::write_torch_script(folder.path() / "model.pt", table, networks::weights_of(*network));
+  torch::jit::Module script = torch::jit::load((folder.path() / "model.pt").string());
+  const torch::Tensor found = script.forward({modalities[0], modalities[1]}).toTensor();
+  EXPECT_LT((found - network->forward(modalities)).abs().max().item<double>(), 1e-5);
+}
+
+TEST(Copies, AreDescribedByTheirLayers) {
+  torch::manual_seed(8);
+  const learning::Method method =
+      made_method({learning::Branch::voxnet, learning::Branch::image}, learning::Fusion::add);
+  const std::vector<learning::ModalityExtent> extents = {{4, 12, 12, 12}, {3, 3, 64, 64}};
+  const auto network = networks::make_classifier(method, extents, 5);
+  network->eval();
+  const core::TemporaryFolder folder;
+  const auto table = networks::layer_table(*network, method, extents, {"a", "b", "c", "d", "e"});
+  networks::write_torch_script(folder.path() / "model.pt", table, networks::weights_of(*network));
+  torch::jit::Module script = torch::jit::load((folder.path() / "model.pt").string());
+  const torch::Tensor voxels = torch::randn({2, 4, 12, 12, 12});
+  const torch::Tensor views = torch::randn({2, 3, 3, 64, 64});
+  const torch::Tensor found = script.forward({voxels, views}).toTensor();
+  EXPECT_LT((found - network->forward({voxels, views})).abs().max().item<double>(), 1e-5);
+}
+
 INSTANTIATE_TEST_SUITE_P(All, Branches, testing::ValuesIn(learning::all_branches),
                          [](const auto& name) {
                            return std::string(learning::name_of(name.param));
                          });
+
+TEST(Isnn, HasAsManyConvolutionsAsAreAskedFor) {
+  learning::Method method = made_method({learning::Branch::isnn});
+  method.sizes.layers = {{.filters = 16, .kernel_bands = 16, .kernel_frames = 4},
+                         {.filters = 32, .kernel_bands = 3, .kernel_frames = 3}};
+  // 64 x 25: (64 - 15) / 2 = 24 x 11, then (24 - 2) / 2 = 11 x 4.
+  const std::int64_t expected =
+      (16 * 16 * 4 + 16) + (32 * 16 * 3 * 3 + 32) + (32 * 11 * 4 * 16 + 16) + (16 * 5 + 5);
+  EXPECT_EQ(networks::parameter_count(*networks::make_classifier(method, extents_of(method), 5)),
+            expected);
+  method.sizes.layers[1].kernel_bands = 25;  // of 24
+  try {
+    networks::make_classifier(method, extents_of(method), 5);
+    FAIL() << "built";
+  } catch (const core::InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("convolution 2 of isnn needs at least 26 bands"),
+              std::string::npos)
+        << error.what();
+  }
+}
 
 TEST(TurnedCopies, VoteByTheMeanOfTheirLogits) {
   torch::manual_seed(3);
@@ -117,13 +176,13 @@ TEST(Soundnets, LearnFromOneSampleOfTheShortestClips) {
 }
 
 TEST(Soundnet8, HasThePapersWeights) {
-  // Aytar et al. 2016: convolutions of 64, 32, 16, 8, 4, 4, 4 samples; with biases, and two numbers
-  // of each normalised channel.
+  // Aytar et al. 2016: convolutions of 64, 32, 16, 8, 4, 4, 4 samples, and two numbers of each
+  // normalised channel, whose shift is the convolution's bias too.
   const std::int64_t channels[] = {1, 16, 32, 64, 128, 256, 512, 1024};
   const std::int64_t kernels[] = {64, 32, 16, 8, 4, 4, 4};
   std::int64_t expected = 0;
   for (int i = 0; i < 7; ++i)
-    expected += channels[i] * channels[i + 1] * kernels[i] + 3 * channels[i + 1];
+    expected += channels[i] * channels[i + 1] * kernels[i] + 2 * channels[i + 1];
   expected += 1024 * 16 + 16 + 16 * 5 + 5;  // this network's dense layers
   const learning::Method method = made_method({learning::Branch::soundnet8});
   EXPECT_EQ(networks::parameter_count(*networks::make_classifier(method, extents_of(method), 5)),

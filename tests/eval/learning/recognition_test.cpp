@@ -59,7 +59,7 @@ class Recognising : public testing::Test {
     learning::Method method;
     method.branches = {learning::Branch::isnn};
     method.modalities = {learning::Modality::spectrogram};
-    method.sizes.filters = 8;
+    method.sizes.layers.front().filters = 8;
     method.sizes.width = 32;
     method.learning.epochs = 15;
     method.learning.batch = 16;  // noises are told apart after some hundred steps

@@ -14,7 +14,7 @@ class Carillon(CMakePackage):
     license("GPL-3.0-or-later")
     version("main", branch="main")
 
-    variant("learn", default=True, description="Classifiers: train, evaluate, identify (libtorch)")
+    variant("learn", default=True, description="Classifiers: train, evaluate, identify (libtorch, liblinear)")
     variant("render", default=True, description="Pictures of objects and scenes (OpenGL)")
     variant("offscreen", default="osmesa", values=("osmesa", "egl"), description="What pictures are drawn with",
             when="+render")
@@ -77,6 +77,7 @@ class Carillon(CMakePackage):
     depends_on("openssl@3:")
 
     depends_on("py-torch@1.13:", when="+learn")
+    depends_on("liblinear", when="+learn")
     depends_on("node-js", type="build", when="+report")
     depends_on("npm", type="build", when="+report")
     # The program's own scripts, which draw its findings.
