@@ -62,7 +62,8 @@ py::array_t<float> prepared(const std::string& folder, std::size_t listener,
     const auto source = learning::open_dataset_source(folder, listener);
     const learning::Modality modality = modality_named(name);
     const learning::ModalityLayout layout = learning::require_layout(*source, modality);
-    const std::vector<std::uint32_t> shared = source->entries_of(modality);
+    const std::vector<std::uint32_t> shared =
+        layout.shared ? source->entries_of(modality) : std::vector<std::uint32_t>{};
     std::vector<std::uint32_t> entries;
     for (const std::uint64_t row : rows) {
       if (row >= source->size()) {

@@ -17,6 +17,23 @@ core::AudioClip clip_of(const Sound& sound) {
   return clip;
 }
 
+namespace {
+
+/// Drops what was rendered before the clip begins.
+void begin_clip(Sound& sound) {
+  if (sound.before == 0) return;
+  std::vector<float> clip;
+  for (std::size_t r = 0; r < sound.rows; ++r) {
+    const std::span<float> row = sound.row(r).subspan(sound.before);
+    clip.insert(clip.end(), row.begin(), row.end());
+  }
+  sound.audio = std::move(clip);
+  sound.direct.clear();
+  sound.before = 0;
+}
+
+}  // namespace
+
 SoundChain::SoundChain(const Scene& scene, const std::filesystem::path& cache, core::Trace& trace)
     : scene_(scene), trace_(trace) {
   for (const EffectDecision& decision : scene.effects) {
@@ -84,18 +101,19 @@ void SoundChain::make(Sound& sound) {
     const core::ScopedTimer timer(trace_.stages["ring"]);
     sound.modes = synth::modal::sounding_modes(sound.rings, sound.sample_rate);
     sound.modes_above_nyquist = synth::modal::modes_above_nyquist(sound.rings, sound.sample_rate);
-    sound.audio =
-        sound.strikes == std::vector<double>{0}
-            ? synth::modal::synthesize(sound.rings, sound.strike.force, sound.sample_rate,
-                                       scene_.audio.samples())
-            : synth::modal::synthesize_strikes(sound.rings, sound.strike.force, sound.strikes,
-                                               sound.sample_rate, scene_.audio.samples());
+    const std::size_t count = sound.before + scene_.audio.samples();
+    sound.audio = sound.strikes == std::vector<double>{0}
+                      ? synth::modal::synthesize(sound.rings, sound.strike.force,
+                                                 sound.sample_rate, count)
+                      : synth::modal::synthesize_strikes(sound.rings, sound.strike.force,
+                                                         sound.strikes, sound.sample_rate, count);
   }
   finish(sound);
 }
 
 void SoundChain::finish(Sound& sound) {
   run(&EffectParts::audio, sound);
+  begin_clip(sound);
   for (float& value : sound.audio) value = static_cast<float>(value * scene_.audio.gain);
   run(&EffectParts::full_scale, sound);
 }

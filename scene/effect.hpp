@@ -44,7 +44,9 @@ struct Sound {
   synth::modal::Strike strike;        ///< without a force over time until an effect gives it one
   double contact_time = 0;            ///< drawn or given [s]
   synth::modal::RingDown rings;       ///< what is about to ring; effects of modes change it
-  std::vector<double> strikes = {0};  ///< times of the strike, which may be repeated [s]
+  std::size_t before = 0;             ///< samples that are rendered before the clip begins
+  std::vector<double> strikes = {0};  ///< times of the strike, which may be repeated [s], from
+                                      ///< where rendering begins
   std::vector<float> audio;           ///< rows (listeners, or one) x samples
   std::vector<float> direct;  ///< audio before a room's early reflections, with what air has
                               ///< taken from it; empty without them

@@ -116,7 +116,7 @@ double rooms_of_a_shape(const RoomScene& room, const Scene& scene) {
 
 /// Of one chain's spectra [byte]: those of every room that a shape's sounds may draw.
 double memory_of_spectra(const RoomScene& room, const Scene& scene) {
-  const double spectra = spectrum_bytes * static_cast<double>(scene.audio.samples());
+  const double spectra = spectrum_bytes * static_cast<double>(scene.rendered_samples());
   return std::min(room_memory,
                   spectra * rooms_of_a_shape(room, scene) * static_cast<double>(scene.rows()));
 }
@@ -168,7 +168,7 @@ double seconds_per_sound(const RoomScene& room, const Scene& scene, bool images)
     seconds = seconds_per_tail_second * rate * std::min(1.5 * drawn * longest, scene.audio.seconds);
   }
   const auto strikes = static_cast<double>(scene.strikes_per_object() * scene.variants);
-  const double convolution = seconds_per_sample * static_cast<double>(scene.audio.samples());
+  const double convolution = seconds_per_sample * static_cast<double>(scene.rendered_samples());
   return convolution + seconds * std::min(1.0, room.count / std::max(1.0, strikes));
 }
 

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "scene/detail/given_strikes.hpp"
+#include "scene/strikes.hpp"
 
 namespace carillon::scene {
 
@@ -36,8 +37,34 @@ AudioConfig read_audio(ConfigNode node) {
   return audio;
 }
 
+Repeats read_repeats(ConfigNode& node) {
+  const auto counts = [&](const char* key) {
+    constexpr double maximum = 100;
+    const Range range = node.range(key, Dimension::none, Range{0, 0});
+    if (!(range.low >= 0 && range.high <= maximum && range.low == std::floor(range.low) &&
+          range.high == std::floor(range.high))) {
+      node.fail(key, fmt::format("must be whole numbers from 0 to {}", maximum));
+    }
+    return range;
+  };
+  Repeats repeats{counts("earlier"), counts("later"), {}};
+  if (!repeats.any()) {
+    if (node.has("interval")) {
+      node.fail("interval", "there is one strike in a clip", "give `earlier` or `later`, too");
+    }
+    return repeats;
+  }
+  constexpr double longest = 10;
+  repeats.interval = node.range("interval", Dimension::time, Range{0.1, 0.5});
+  if (!(repeats.interval.low > 0 && repeats.interval.high <= longest)) {
+    node.fail("interval", fmt::format("must lie above 0 and at most {} s", longest));
+  }
+  return repeats;
+}
+
 StrikeConfig read_strikes(ConfigNode node, const std::string& file_name) {
   StrikeConfig strikes;
+  strikes.repeats = read_repeats(node);
   if (node.has("csv")) {
     strikes.csv = path_beside(file_name, node.text("csv"));
     at_key(node, "csv", [&] { strikes.given = read_given_strikes(strikes.csv); });
@@ -116,6 +143,10 @@ std::string Scene::unheard() const {
   return runs("radiation") ? "" : "radiation is off: the dry signal is no pressure";
 }
 
+std::size_t Scene::rendered_samples() const {
+  return audio.samples() + samples_before(strikes.repeats, audio.sample_rate);
+}
+
 std::size_t Scene::strikes_per_object() const {
   return strikes.given.empty() ? static_cast<std::size_t>(strikes.per_object)
                                : strikes.given.size();
@@ -144,7 +175,7 @@ double Scene::seconds_per_sound(int modes) const {
   // Ring-down kernel, one core of a 2.3 GHz Xeon (docs/sound/speed.md).
   constexpr double seconds_per_mode_sample = 4e-10;
   const double count = static_cast<double>(rows());
-  double seconds = seconds_per_mode_sample * modes * static_cast<double>(audio.samples()) * count;
+  double seconds = seconds_per_mode_sample * modes * static_cast<double>(rendered_samples()) * count;
   for (const EffectDecision& decision : effects) {
     if (decision.enabled) seconds += effect_seconds(*this, decision.in_scene, modes);
   }

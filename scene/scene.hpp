@@ -22,11 +22,23 @@ struct GivenStrike {
   double contact_time;  ///< [s]
 };
 
+/// Further strikes in a sample's clip, each as the first.
+struct Repeats {
+  core::Range earlier;   ///< before the clip begins, whose tails it has; whole numbers
+  core::Range later;     ///< in the clip; likewise
+  core::Range interval;  ///< from each to the next [s], drawn uniformly in the logarithm
+
+  bool any() const { return earlier.high > 0 || later.high > 0; }
+  /// Of what sounds before the clip begins [s].
+  double lead() const { return earlier.high * interval.high; }
+};
+
 struct StrikeConfig {
   int per_object = 8;              ///< strikes of each shape, the same points for all its variants
   core::Range impulse;             ///< [N s], drawn uniformly in the logarithm
   core::Range contact_time;        ///< [s], likewise
   double spread = 0;               ///< [rad] largest angle between force and inward normal
+  Repeats repeats;
   std::vector<GivenStrike> given;  ///< from a CSV file; then nothing is drawn
   std::string csv;                 ///< path of that file; "" for none
 };
@@ -52,6 +64,8 @@ struct Scene {
   std::vector<synth::modal::Listener> listeners;  ///< from the centre of the object's box
   std::vector<EffectDecision> effects;            ///< every effect there is, on or off, in order
 
+  /// Samples of a row that effects work on: the clip, and before it the tails of earlier strikes.
+  std::size_t rendered_samples() const;
   /// Of a sound: one per listener, or one of the dry signal.
   std::size_t rows() const;
   bool runs(std::string_view effect) const;

@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 
 #include "core/error.hpp"
+#include "core/numbers.hpp"
 #include "synth/modal/ring_down.hpp"
 
 namespace carillon::scene {
@@ -62,6 +64,33 @@ void draw_strike(const StrikeConfig& strikes, const solvers::modes::ModeSurface&
   };
   strike.impulse = known.impulse ? *known.impulse : drawn(strikes.impulse);
   sound.contact_time = known.contact_time ? *known.contact_time : drawn(strikes.contact_time);
+}
+
+std::size_t samples_before(const Repeats& repeats, double sample_rate) {
+  return static_cast<std::size_t>(std::ceil(repeats.lead() * sample_rate));
+}
+
+void draw_repeats(const Repeats& repeats, double sample_rate, Sound& sound) {
+  if (!repeats.any()) return;
+  core::RandomStream random(sound.seed, sound.id, "strike.repeats");
+  const auto count = [&](const core::Range& range) {
+    return static_cast<std::uint64_t>(range.low) +
+           random.index(static_cast<std::uint64_t>(range.high - range.low) + 1);
+  };
+  const std::uint64_t earlier = count(repeats.earlier), later = count(repeats.later);
+  const auto pause = [&] {
+    return random.log_uniform(repeats.interval.low, repeats.interval.high);
+  };
+  std::vector<double> times = {0};
+  for (std::uint64_t i = 0; i < earlier; ++i) times.insert(times.begin(), times.front() - pause());
+  for (std::uint64_t i = 0; i < later; ++i) times.push_back(times.back() + pause());
+  sound.before = samples_before(repeats, sample_rate);
+  sound.strikes.clear();
+  for (const double time : times)
+    sound.strikes.push_back(static_cast<double>(sound.before) / sample_rate + time);
+  if (sound.record == nullptr) return;
+  times.resize(1 + static_cast<std::size_t>(repeats.earlier.high + repeats.later.high), core::nan);
+  sound.record->add("strike_times", std::span<const double>(times), {times.size()});
 }
 
 std::vector<synth::modal::SurfacePoint> spread_points(const synth::modal::SurfaceSampler& sampler,

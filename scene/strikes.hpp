@@ -54,6 +54,13 @@ void draw_strike(const StrikeConfig& strikes, const solvers::modes::ModeSurface&
                  const synth::modal::SurfaceSampler& sampler, const StrikeDraw& draw,
                  const KnownStrike& known, Sound& sound);
 
+/// Samples that are rendered before a clip begins, for the tails of earlier strikes.
+std::size_t samples_before(const Repeats& repeats, double sample_rate);
+
+/// Draws when a sound's strikes are: the one that begins the clip, earlier and later ones. Records
+/// `strike_times`, where a scene repeats strikes.
+void draw_repeats(const Repeats& repeats, double sample_rate, Sound& sound);
+
 /// Points far from each other: the first is drawn by area, each next one is the farthest from all
 /// before it (Gonzalez 1985) of 64 drawn for each point that is wanted.
 std::vector<synth::modal::SurfacePoint> spread_points(const synth::modal::SurfaceSampler& sampler,

@@ -149,11 +149,10 @@ std::size_t variants_of_a_shape(const BuildConfig& config) {
   };
   std::size_t variants = 1;
   for (const ObjectSource& source : config.objects) {
-    const std::size_t materials = source.object.groups.empty() ? source.object.materials.size() : 1;
     const std::size_t sizes = source.tune.empty()
                                   ? source.sizes.size() + (source.drawn_size ? 1 : 0)
                                   : source.tune.size();
-    variants = std::max(variants, chosen(config.sounding.materials, materials) *
+    variants = std::max(variants, sounding_materials(config, source) *
                                       chosen(config.sounding.sizes, sizes));
   }
   return variants;
@@ -270,6 +269,19 @@ void check_cast(ConfigNode& root, const BuildConfig& config) {
 
 }  // namespace
 
+std::size_t sounding_materials(const BuildConfig& config, const ObjectSource& source) {
+  const std::vector<std::string>& names = source.object.materials;
+  if (!source.object.groups.empty() || config.sounding.materials != Which::all) return 1;
+  const auto wanted = static_cast<std::size_t>(config.sounding.materials_per_group);
+  if (wanted == 0) return std::max<std::size_t>(1, names.size());
+  std::map<std::string, std::size_t> by_group;
+  for (const std::string& name : names)
+    ++by_group[scene::object_material(source.object, name, config.own_materials).group];
+  std::size_t count = 0;
+  for (const auto& [group, members] : by_group) count += std::min(wanted, members);
+  return count;
+}
+
 std::set<std::string> named_labels(const BuildConfig& config) {
   std::set<std::string> names;
   for (const ObjectSource& source : config.objects) {
@@ -332,6 +344,8 @@ BuildConfig read_build_config(const std::string& text, const std::string& file_n
   }
 
   if (!root.has("motion")) config.sounding = read_variant_choice(root.child("variants"));
+  if (root.has("material_spread"))
+    config.spread = read_material_spread(root.child("material_spread"));
   config.split = read_split(root.child("split"));
   check_given_parts(root, config);
   if (with_files) tell_missing_files(config);

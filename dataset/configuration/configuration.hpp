@@ -39,6 +39,7 @@ struct BuildConfig : scene::ModesConfig {
   std::vector<synth::material::Material> own_materials;
   std::vector<ObjectSource> objects;
   VariantChoice sounding;  ///< variants of each object that samples are made of
+  MaterialSpread spread;   ///< of the constants of materials
   RanksConfig ranks;
   TaskLimits limits;
   scene::Scene scene;
@@ -56,6 +57,9 @@ struct BuildConfig : scene::ModesConfig {
 
 /// Names of all labels that manifests give, in their order.
 std::set<std::string> named_labels(const BuildConfig& config);
+
+/// Materials that a shape of an entry of `objects` sounds in.
+std::size_t sounding_materials(const BuildConfig& config, const ObjectSource& source);
 
 /// Every material that the objects of a configuration name, each once, by name.
 std::vector<synth::material::Material> named_materials(const BuildConfig& config);

@@ -141,7 +141,25 @@ VariantChoice read_variant_choice(ConfigNode node) {
     const std::string text = node.choice(key, {"all", "first", "last"}, "all");
     return text == "all" ? Which::all : text == "first" ? Which::first : Which::last;
   };
-  return {which("material_choice"), which("size_choice")};
+  VariantChoice choice{which("material_choice"), which("size_choice")};
+  if (!node.has("materials_per_group")) return choice;
+  choice.materials_per_group = static_cast<int>(node.integer("materials_per_group", 1, 1000));
+  if (choice.materials != Which::all) {
+    node.fail("materials_per_group", "draws the materials that `material_choice` chooses",
+              "keep one of the two");
+  }
+  return choice;
+}
+
+MaterialSpread read_material_spread(ConfigNode node) {
+  const auto factors = [&](const char* key) {
+    const core::Range range = node.range(key, Dimension::none, core::Range{1, 1});
+    if (!(range.low >= 0.01 && range.high <= 100)) {
+      node.fail(key, "must be factors from 0.01 to 100", "[0.9, 1.1] is 10 % on either side");
+    }
+    return range;
+  };
+  return {factors("youngs_modulus"), factors("density"), factors("damping")};
 }
 
 }  // namespace carillon::dataset::configuration

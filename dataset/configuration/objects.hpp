@@ -45,6 +45,17 @@ enum class Which { all, first, last };
 struct VariantChoice {
   Which materials = Which::all;
   Which sizes = Which::all;
+  int materials_per_group = 0;  ///< so many of each group are drawn for a shape; 0: all are taken
+};
+
+/// Factors on the constants of materials, which every shape draws anew for each of its materials,
+/// uniformly in the logarithm.
+struct MaterialSpread {
+  core::Range youngs_modulus = {1, 1};
+  core::Range density = {1, 1};
+  core::Range damping = {1, 1};  ///< of the coefficient c at every frequency
+
+  bool operator==(const MaterialSpread&) const = default;
 };
 
 /// Class and part (train or test) of a file of ModelNet's folders.
@@ -73,5 +84,9 @@ std::vector<ObjectSource> read_objects(core::ConfigNode& node,
 /// `variants:` of a configuration.
 /// @throws ConfigError
 VariantChoice read_variant_choice(core::ConfigNode node);
+
+/// `material_spread:` of a configuration.
+/// @throws ConfigError
+MaterialSpread read_material_spread(core::ConfigNode node);
 
 }  // namespace carillon::dataset::configuration

@@ -69,10 +69,32 @@ double draw_size(const configuration::BuildConfig& config,
   }
 }
 
+/// Materials that a shape has of those that its entry names.
+std::vector<std::string> draw_materials(const configuration::BuildConfig& config,
+                                        const configuration::ObjectSource& source,
+                                        const std::string& id) {
+  const auto wanted = static_cast<std::size_t>(config.sounding.materials_per_group);
+  if (wanted == 0) return source.object.materials;
+  std::map<std::string, std::vector<std::string>> by_group;
+  for (const std::string& name : source.object.materials)
+    by_group[scene::object_material(source.object, name, config.own_materials).group].push_back(
+        name);
+  core::RandomStream random(config.seed, core::stable_hash(id), "shape.materials");
+  std::vector<std::string> drawn;
+  for (auto& [group, names] : by_group) {
+    for (std::size_t k = 0; k < wanted && !names.empty(); ++k) {
+      const auto one = names.begin() + static_cast<std::ptrdiff_t>(random.index(names.size()));
+      drawn.push_back(*one);
+      names.erase(one);
+    }
+  }
+  return drawn;
+}
+
 std::vector<Variant> make_variants(const configuration::BuildConfig& config,
                                    const configuration::ObjectSource& source,
                                    const std::string& id) {
-  std::vector<std::string> materials = source.object.materials;
+  std::vector<std::string> materials = draw_materials(config, source, id);
   if (!source.object.groups.empty()) {
     std::vector<std::string> parts;
     for (const auto& [group, name] : source.object.groups)
@@ -208,8 +230,12 @@ scene::SolverDecision solver_of(const configuration::BuildConfig& config, const 
   scene::SolverRequest request = config.object_solver;
   if (object.solver != scene::ObjectSolver::automatic) request.solver = object.solver;
   std::vector<solvers::elements::Elastic> materials;
-  for (const std::string& name : object.materials)
-    materials.push_back(scene::object_material(object, name, config.own_materials).elastic);
+  if (object.groups.empty()) {
+    for (const Variant& variant : shape.variants) {
+      materials.push_back(
+          scene::object_material(object, variant.material, config.own_materials).elastic);
+    }
+  }
   try {
     return scene::decide_solver(request, shape.request, materials);
   } catch (const InputError& error) {
@@ -324,8 +350,8 @@ BuildPlan make_plan(const configuration::BuildConfig& config, const FindMeshes& 
                                            : shape.place + ": give the row a name of its own");
     }
     shape.request.options = config.mesh;
-    shape.solver = solver_of(config, shape);
     shape.variants = make_variants(config, config.objects[shape.source], shape.id);
+    shape.solver = solver_of(config, shape);
     shape.split_shape = part_of_shape(config, shape);
   }
   for (std::size_t i = 0; i < plan.shapes.size(); ++i) {
@@ -423,12 +449,30 @@ std::string split_strike(const configuration::BuildConfig& config, const Shape& 
                        "split.strike");
 }
 
+scene::RegionMaterials region_materials(const configuration::BuildConfig& config,
+                                        const Shape& shape, const Variant& variant) {
+  scene::RegionMaterials materials = scene::region_materials(
+      config.objects[shape.source].object, variant.material, config.own_materials);
+  if (config.spread == configuration::MaterialSpread{}) return materials;
+  for (auto& [region, material] : materials) {
+    core::RandomStream random(config.seed,
+                              core::stable_hash(fmt::format("{}/{}", shape.id, material.name)),
+                              "material.spread");
+    const auto factor = [&](const core::Range& range) {
+      return random.log_uniform(range.low, range.high);
+    };
+    material.elastic.youngs_modulus *= factor(config.spread.youngs_modulus);
+    material.elastic.density *= factor(config.spread.density);
+    material.damping =
+        synth::damping::scaled(std::move(material.damping), factor(config.spread.damping));
+  }
+  return materials;
+}
+
 std::vector<synth::material::Material> variant_materials(const configuration::BuildConfig& config,
                                                          const Shape& shape, const Variant& variant,
                                                          const std::vector<std::string>& regions) {
-  return scene::assign_materials(scene::region_materials(config.objects[shape.source].object,
-                                                         variant.material, config.own_materials),
-                                 regions);
+  return scene::assign_materials(region_materials(config, shape, variant), regions);
 }
 
 }  // namespace carillon::dataset::plan

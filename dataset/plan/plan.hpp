@@ -122,7 +122,12 @@ std::string part_of_split(const configuration::BuildConfig& config, const std::s
 /// Part of a strike: train, validation or test, held out within its shape.
 std::string split_strike(const configuration::BuildConfig& config, const Shape& shape, int strike);
 
-/// Materials of a variant, one per region of the mesh.
+/// Materials of a variant, by region, with the constants that its shape has drawn.
+/// @throws InputError  an unknown material
+scene::RegionMaterials region_materials(const configuration::BuildConfig& config,
+                                        const Shape& shape, const Variant& variant);
+
+/// The same, one per region of the mesh.
 /// @throws InputError  the mesh's groups and the configuration's do not match
 std::vector<synth::material::Material> variant_materials(const configuration::BuildConfig& config,
                                                          const Shape& shape, const Variant& variant,

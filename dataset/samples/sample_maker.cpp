@@ -124,6 +124,8 @@ SampleResult SampleMaker::make(const plan::Sample& sample, core::Columns* record
   result.sound = impl_->struck(sample);
   scene::Sound& sound = result.sound;
   sound.record = record;
+  const scene::Scene& scene = impl_->config.scene;
+  scene::draw_repeats(scene.strikes.repeats, scene.audio.sample_rate, sound);
   impl_->chain.make(sound);
   if (clock.passed()) clock.refuse();
   result.frame = synth::modal::frame_at(variant.modes.surface, sound.strike.point);

@@ -110,6 +110,10 @@ std::vector<FeatureSource> read_sources(ConfigNode& node) {
 std::vector<TrueMaterial> true_materials(const Condition& condition, const ConfigNode& node,
                                          DampingValidation& validation) {
   std::vector<TrueMaterial> materials;
+  if (condition.build->config.spread != dataset::configuration::MaterialSpread{}) {
+    node.fail("", "fits are of materials, and `material_spread` gives each object its own",
+              "remove it from the configuration");
+  }
   for (const dataset::configuration::ObjectSource& source : condition.build->config.objects) {
     if (source.object.groups.empty()) continue;
     node.fail("", fmt::format("the objects of {} have several materials each: whose damping would "

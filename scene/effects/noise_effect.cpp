@@ -106,8 +106,11 @@ void add_noise(const NoiseSource& source, synth::recording::NoiseFolder* folder,
   sound.record->add("noise_ratio", ratio);
   sound.record->add("noise_level", level, sound.rings.readout.unit);
   sound.record->add("noise_source", noise.description);
-  sound.record->add("active_begin", static_cast<double>(active.begin) / sound.sample_rate);
-  sound.record->add("active_end", static_cast<double>(active.end) / sound.sample_rate);
+  const auto in_clip = [&](std::size_t sample) {
+    return (static_cast<double>(sample) - static_cast<double>(sound.before)) / sound.sample_rate;
+  };
+  sound.record->add("active_begin", in_clip(active.begin));
+  sound.record->add("active_end", in_clip(active.end));
 }
 
 NoiseSource read_source(core::ConfigNode& node, const Scene& scene) {
@@ -165,7 +168,7 @@ SceneEffect read(core::ConfigNode& root, const Scene& scene) {
   const NoiseSource source = read_source(node, scene);
   effect.asked_by = "noise: (" + root.where("noise") + ")";
   effect.seconds_per_sound =
-      static_cast<double>(scene.audio.samples()) *
+      static_cast<double>(scene.rendered_samples()) *
       (source.kinds.empty() ? seconds_per_sample_recorded : seconds_per_sample_generated);
   if (source.kinds.empty()) {
     effect.check = [node, folder = source.folder, parts = scene.parts] {

@@ -22,33 +22,31 @@ struct MeasuredRoom {
   synth::room::MeasuredOptions options;
 };
 
-/// Spectra of responses for one length of clips, up to room_memory of them.
+/// Spectra of responses for the last length of clips, up to room_memory of them.
 class MeasuredSpectra {
  public:
-  explicit MeasuredSpectra(std::size_t clip) : clip_(clip) {}
-
-  const synth::signal::ResponseSpectrum& of(const synth::room::MeasuredResponse& response) {
+  const synth::signal::ResponseSpectrum& of(const synth::room::MeasuredResponse& response,
+                                            std::size_t clip) {
     const auto found = spectra_.find(&response);
-    if (found != spectra_.end()) return found->second;
+    if (found != spectra_.end() && found->second.clip == clip) return found->second;
     if (static_cast<double>(bytes_) > room_memory) {
       spectra_.clear();
       bytes_ = 0;
     }
     const std::vector<double> samples(response.samples.begin(), response.samples.end());
-    synth::signal::ResponseSpectrum spectrum = convolver_.prepare(samples, clip_);
+    synth::signal::ResponseSpectrum spectrum = convolver_.prepare(samples, clip);
     bytes_ += spectrum.values.size() * sizeof(spectrum.values[0]);
-    return spectra_.emplace(&response, std::move(spectrum)).first->second;
+    return spectra_.insert_or_assign(&response, std::move(spectrum)).first->second;
   }
 
   /// Puts what is heard in the room in the place of a sound.
   void convolve(const synth::room::MeasuredResponse& response, std::span<float> row) {
     const std::vector<float> before(row.begin(), row.end());
     std::fill(row.begin(), row.end(), 0.0F);
-    convolver_.add(before, of(response), row);
+    convolver_.add(before, of(response, row.size()), row);
   }
 
  private:
-  std::size_t clip_;
   synth::signal::Convolver convolver_;
   std::map<const synth::room::MeasuredResponse*, synth::signal::ResponseSpectrum> spectra_;
   std::size_t bytes_ = 0;
@@ -65,7 +63,7 @@ MeasuredRoom read_measured(core::ConfigNode& node, const Scene& scene) {
   room.path = core::path_beside(scene.file_name, node.text("responses"));
   room.options.channel = static_cast<int>(node.integer("channel", 0, 1024, 0));
   room.options.sample_rate = scene.audio.sample_rate;
-  room.options.count = scene.audio.samples();
+  room.options.count = scene.rendered_samples();
   room.options.parts = scene.parts;
   return room;
 }
@@ -81,7 +79,7 @@ void check_responses(const MeasuredRoom& room) {
 
 EffectParts start(const MeasuredRoom& room) {
   const auto responses = synth::room::shared_responses(room.path, room.options);
-  const auto spectra = std::make_shared<MeasuredSpectra>(room.options.count);
+  const auto spectra = std::make_shared<MeasuredSpectra>();
   EffectParts parts;
   parts.audio = [responses, spectra](Sound& sound) {
     core::RandomStream random(sound.seed, sound.id, "room.response");
@@ -105,7 +103,7 @@ SceneEffect read(core::ConfigNode& root, const Scene& scene) {
   const MeasuredRoom room = read_measured(node, scene);
   effect.asked_by = asked_by_room("room.responses", node.where("responses"), dry);
   if (!dry) effect.reason_off = why_unheard(scene);
-  const auto samples = static_cast<double>(scene.audio.samples());
+  const auto samples = static_cast<double>(scene.rendered_samples());
   const synth::room::MeasuredSize size = synth::room::measured_size(room.path, room.options);
   effect.seconds_per_sound = seconds_per_convolved_sample * samples;
   effect.memory = size.bytes + std::min(room_memory, spectrum_bytes * samples *

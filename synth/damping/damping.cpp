@@ -38,6 +38,26 @@ DampingModel rayleigh_damping(double alpha1, double alpha2) {
   return {DampingKind::rayleigh, {alpha1, alpha2}, ""};
 }
 
+DampingModel scaled(DampingModel model, double factor) {
+  switch (model.kind) {
+    case DampingKind::expression:
+      model.expression = fmt::format("{} * ({})", factor, model.expression);
+      break;
+    case DampingKind::power:
+      model.parameters.at(0) *= factor;
+      break;
+    case DampingKind::hybrid:
+      model.parameters.at(0) *= factor;
+      model.parameters.at(1) *= factor;
+      break;
+    case DampingKind::rayleigh:
+    case DampingKind::caughey:
+      for (double& alpha : model.parameters) alpha *= factor;
+      break;
+  }
+  return model;
+}
+
 const std::vector<DampingForm>& damping_forms() {
   static const std::vector<DampingForm> forms = {
       {DampingKind::rayleigh,

@@ -33,6 +33,9 @@ struct DampingModel {
 
 DampingModel rayleigh_damping(double alpha1, double alpha2);
 
+/// The model whose c is everywhere `factor` times as large, of the same kind.
+DampingModel scaled(DampingModel model, double factor);
+
 /// What every kind is called and looks like, for lists and messages.
 struct DampingForm {
   DampingKind kind;

@@ -39,6 +39,57 @@ TEST(Plan, CountsShapesVariantsAndStrikes) {
   EXPECT_EQ(keys.size(), plan.samples.size());
 }
 
+TEST(Plan, MaterialsOfEachGroupAreDrawnForEachShape) {
+  const std::string text =
+      "materials: [steel, iron, brass, glass, crown_glass, spruce]\n"
+      "objects: [{shape: bowl, count: 60}]\nvariants: {materials_per_group: 1}\n";
+  const auto config = config_of(text);
+  const plan::BuildPlan plan = plan::make_plan(config);
+  std::map<std::string, int> drawn;
+  for (const plan::Shape& shape : plan.shapes) {
+    ASSERT_EQ(shape.variants.size(), 3u);
+    for (const plan::Variant& variant : shape.variants) ++drawn[variant.material];
+    // Wood has a grain: bowls of it are no bodies of revolution.
+    EXPECT_EQ(shape.solver.solver, scene::ObjectSolver::tetrahedra);
+  }
+  EXPECT_EQ(drawn["spruce"], 60);
+  EXPECT_EQ(drawn["steel"] + drawn["iron"] + drawn["brass"], 60);
+  for (const auto& [name, count] : drawn) EXPECT_GE(count, 8) << name;
+  EXPECT_EQ(config.scene.variants, 3u);
+  const auto more = plan::make_plan(config_of(text + "seed: 0\n"));
+  EXPECT_EQ(more.shapes[7].variants[1].material, plan.shapes[7].variants[1].material);
+  EXPECT_THROW(config_of("objects: [{shape: bar, materials: [steel]}]\n"
+                         "variants: {materials_per_group: 1, material_choice: last}"),
+               core::ConfigError);
+}
+
+TEST(Plan, ShapesDrawConstantsOfTheirMaterials) {
+  const std::string text =
+      "objects: [{shape: bar, count: 40, materials: [steel, sterling_wood], sizes: [1, 2]}]\n";
+  const auto config = config_of(
+      text + "material_spread: {youngs_modulus: [0.8, 1.25], density: 1.1, damping: [1, 4]}\n");
+  const plan::BuildPlan plan = plan::make_plan(config);
+  std::set<double> moduli;
+  for (const plan::Shape& shape : plan.shapes) {
+    for (const plan::Variant& variant : shape.variants) {
+      const auto drawn = plan::variant_materials(config, shape, variant, {""});
+      const auto named = synth::material::parse_material(variant.material);
+      const double modulus = drawn[0].elastic.youngs_modulus / named.elastic.youngs_modulus;
+      const double damping = drawn[0].damping.parameters[0] / named.damping.parameters[0];
+      EXPECT_GE(modulus, 0.8);
+      EXPECT_LE(modulus, 1.25);
+      EXPECT_NEAR(drawn[0].elastic.density, 1.1 * named.elastic.density, 1e-9);
+      EXPECT_EQ(drawn[0].elastic.poisson_ratio, named.elastic.poisson_ratio);
+      EXPECT_GE(damping, 1);
+      EXPECT_LE(damping, 4);
+      EXPECT_NEAR(drawn[0].damping.parameters[1] / named.damping.parameters[1], damping, 1e-12);
+      moduli.insert(modulus);
+    }
+  }
+  EXPECT_EQ(moduli.size(), 80u) << "one for each shape and material, the same in both sizes";
+  EXPECT_THROW(config_of(text + "material_spread: {damping: [0, 1]}"), core::ConfigError);
+}
+
 TEST(Plan, TasksHoldAtMost256SamplesOfOneShape) {
   const plan::BuildPlan plan = plan::make_plan(bars(2, 150));
   std::size_t samples = 0;

@@ -109,7 +109,7 @@ def unlike(_, ask):
             yield path, "-1", True
     elif kind == "integer":
         high = int(ask["high"]) + 1 if ask["high"] < 2**53 else 2**63
-        for value in (int(ask["low"]) - 1, high, 0.5, "x", "2 m", [1], None):
+        for value in (int(ask["low"]) - 1, high, 0.5, "x", "2 m", ["x"], None):
             yield path, value, True
     elif kind in ("choice", "flag"):
         for value in ("no_such_word", 5, [1], {"x": 1}, None):

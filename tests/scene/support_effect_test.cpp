@@ -77,6 +77,49 @@ TEST(SupportsEffect, IsOffInFreeFlight) {
   EXPECT_EQ(effect.reason_off, "free flight: no supports:");
 }
 
+TEST(SupportsEffect, ContactsAreThereAsOftenAsTheirProbability) {
+  const std::string contacts =
+      "contacts: [{kind: finger, count: 1, force: 1, probability: 0.3}, "
+      "{kind: table, lowest: true, probability: 0.5}]";
+  const double weight = 0.3 * 9.80665;
+  int fingers = 0, tables = 0;
+  constexpr int samples = 400;
+  for (std::uint64_t id = 0; id < samples; ++id) {
+    const Held held = hold(contacts, id);
+    const nlohmann::json& forces = held.record.at("support_force");
+    EXPECT_TRUE(forces[0] == 0.0 || forces[0] == 1.0) << forces;
+    EXPECT_TRUE(forces[1] == 0.0 || std::abs(forces[1].get<double>() - weight) < 1e-9) << forces;
+    fingers += forces[0] != 0.0 ? 1 : 0;
+    tables += forces[1] != 0.0 ? 1 : 0;
+    if (forces[0] == 0.0 && forces[1] == 0.0) {
+      EXPECT_EQ(fastest(held.rings), 3) << "free flight";
+      EXPECT_EQ(held.record.at("support_damping"), 0.0);
+    } else {
+      EXPECT_GT(fastest(held.rings), 3);
+    }
+  }
+  // Within four deviations of a binomial draw.
+  EXPECT_NEAR(fingers, 0.3 * samples, 4 * std::sqrt(0.21 * samples));
+  EXPECT_NEAR(tables, 0.5 * samples, 4 * std::sqrt(0.25 * samples));
+  for (const std::string probability : {"0", "1.5", "-0.1"}) {
+    EXPECT_THROW(read_effect("supports: {contacts: [{kind: finger, count: 1, probability: " +
+                             probability + "}]}"),
+                 core::ConfigError);
+  }
+}
+
+TEST(SupportsEffect, WithoutContactsCoupledModesAreThoseOfFreeFlight) {
+  bool free = false;
+  for (std::uint64_t id = 0; id < 20 && !free; ++id) {
+    const Held held = hold(
+        "coupling: full, contacts: [{kind: finger, count: 1, force: 1, probability: 0.2}]", id);
+    free = held.record.at("support_force")[0] == 0.0;
+    if (!free) continue;
+    for (const double rate : held.rings.decay_rates) EXPECT_NEAR(rate, 3, 1e-12);
+  }
+  EXPECT_TRUE(free);
+}
+
 TEST(SupportsEffect, NamesTheLineThatAsksForIt) {
   const SceneEffect effect =
       read_effect("\nsupports:\n  contacts: [{kind: finger, at: [0, 0, 5 cm]}]\n");

@@ -89,6 +89,19 @@ TEST(Damping, IsWhatThePapersWrite) {
   }));
 }
 
+TEST(Damping, IsScaledAtEveryFrequency) {
+  EXPECT_TRUE(rc::check("scaled", [] {
+    damping::DampingModel model = any_model();
+    if (*rc::gen::inRange(0, 4) == 0) model = expression("6 + 1e-7 * lambda - omega / 1e4");
+    const double factor = *rc::gen::inRange(1, 2000) * 1e-2;
+    const double lambda = std::pow(*rc::gen::inRange(1, 150000), 2);
+    const double c = c_of(model, lambda);
+    const damping::DampingModel more = damping::scaled(model, factor);
+    RC_ASSERT(more.kind == model.kind);
+    RC_ASSERT(std::abs(c_of(more, lambda) - factor * c) <= 1e-9 * factor * (1 + std::abs(c)));
+  }));
+}
+
 // The dissertation and the article: "a 10 kHz mode on the porcelain plate has d = 20 with
 // alpha3 = 1.027" (c = 41.2), and 12 with alpha3 = 1.
 TEST(Damping, OfThePorcelainPlateIsAsPublished) {

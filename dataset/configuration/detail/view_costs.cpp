@@ -59,10 +59,9 @@ double traced_bytes(const scene::motion::MotionConfig& motion) {
 
 /// Materials that an object sounds in, in the mean over the entries of `objects`.
 double pictured_materials(const BuildConfig& config) {
-  if (config.sounding.materials != Which::all) return 1;
   double sum = 0;
   for (const ObjectSource& source : config.objects)
-    sum += static_cast<double>(std::max<std::size_t>(source.object.materials.size(), 1));
+    sum += static_cast<double>(sounding_materials(config, source));
   return sum / static_cast<double>(config.objects.size());
 }
 

@@ -19,18 +19,12 @@ double frequency_factor(const VariantModes& variant) {
   return std::sqrt(variant.modulus / variant.density) / variant.length;
 }
 
-scene::RegionMaterials materials_of(const configuration::BuildConfig& config,
-                                    const plan::Shape& shape, const plan::Variant& variant) {
-  return scene::region_materials(config.objects[shape.source].object, variant.material,
-                                 config.own_materials);
-}
-
 /// What scene::untuned_frequency() is asked for a material.
 scene::ObjectRequest first_request(const configuration::BuildConfig& config,
                                    const plan::Shape& shape, const plan::Variant& variant) {
   scene::ObjectRequest request;
   request.mesh = shape.request;
-  request.materials = materials_of(config, shape, variant);
+  request.materials = plan::region_materials(config, shape, variant);
   request.solver.solver = shape.solver.solver;
   request.solve = config.solver;
   request.solve.time = configuration::solve_clock(config.limits);
@@ -44,7 +38,7 @@ void estimate_sizes(const configuration::BuildConfig& config, const BuildFolders
   std::vector<std::vector<Material>> materials;
   for (plan::Variant& variant : shape.variants) {
     variant.size = 1;
-    materials.push_back(scene::listed(materials_of(config, shape, variant)));
+    materials.push_back(scene::listed(plan::region_materials(config, shape, variant)));
   }
   const ModeSets sets = group_variants(materials, shape.variants, config.band);
   std::vector<double> lowest(sets.requests.size(), 0);  // of the set's own material

@@ -48,6 +48,10 @@ ordered_json transfer_json(const TransferSpec& spec, const EvaluatedDatasets& da
                          {"samples", row.samples},
                          {"own", accuracy_json(row.own)},
                          {"target", accuracy_json(row.there)},
+                         {"target_balanced", accuracy_json(row.balanced_there)},
+                         {"target_unknown", nullptr},
+                         {"classes", row.classes},
+                         {"target_confusion", counts_json(row.confusion_there)},
                          {"less_home", to_json(row.less_home)},
                          {"gain", to_json(row.gain)},
                          {"confusion_norm", nullptr},
@@ -59,6 +63,7 @@ ordered_json transfer_json(const TransferSpec& spec, const EvaluatedDatasets& da
       line["confusion_norm"] = *row.confusion_norm;
       line["norm_by_chance"] = {{"mean", row.norm_by_chance.mean}, {"max", row.norm_by_chance.max}};
     }
+    if (row.unknown_there) line["target_unknown"] = *row.unknown_there;
     if (row.heard) line["heard"] = to_json(*row.heard);
     if (row.sample_s) line["sample_s"] = *row.sample_s;
     document["rows"].push_back(std::move(line));
@@ -92,7 +97,7 @@ std::string transfer_text(const TransferSpec& spec, const EvaluatedDatasets& dat
                           const std::vector<TransferRow>& rows) {
   std::vector<std::vector<std::string>> elsewhere = {
       {"trained on", "method", "samples", "accuracy there", "in the target",
-       "less what its own teach", "gain", "confusions apart", "by chance", "ms a sample"}};
+       "balanced", "none of its classes", "less what its own teach", "gain", "confusions apart", "by chance", "ms a sample"}};
   std::vector<std::vector<std::string>> mixes = {
       {"of the target", "method", "with", "samples", "in the target", "less what all teach"}};
   for (const TransferRow& row : rows) {
@@ -106,6 +111,8 @@ std::string transfer_text(const TransferSpec& spec, const EvaluatedDatasets& dat
     }
     elsewhere.push_back(
         {row.trained_on, row.method, samples, with_interval(row.own), with_interval(row.there),
+         with_interval(row.balanced_there),
+         row.unknown_there ? fmt::format("{:.1f}", 100 * *row.unknown_there) : "-",
          with_interval(row.less_home), with_interval(row.gain),
          row.confusion_norm
              ? fmt::format("{:.3f} of {} classes", *row.confusion_norm, row.compared_classes)

@@ -95,6 +95,10 @@ SupportConfig read_support(core::ConfigNode& node) {
   }
   core::at_key(node, "coefficient", [&] { synth::support::check_support(support.kind); });
   read_place(node, support);
+  support.probability = node.quantity("probability", Dimension::none, 1);
+  if (!(support.probability > 0 && support.probability <= 1)) {
+    node.fail("probability", "must be above 0 and at most 1");
+  }
   const bool grips = support.kind.name == "finger";
   if (node.flag("weight", !node.has("force") && !grips)) {
     if (node.has("force")) {
@@ -131,7 +135,8 @@ int SupportsConfig::holds() const {
 
 bool SupportsConfig::fixed() const {
   return std::all_of(contacts.begin(), contacts.end(), [](const SupportConfig& c) {
-    return c.place != SupportConfig::Place::random && (!c.force || c.force->low == c.force->high);
+    return c.place != SupportConfig::Place::random && c.probability == 1 &&
+           (!c.force || c.force->low == c.force->high);
   });
 }
 

@@ -22,6 +22,7 @@ struct SupportConfig {
   double height = 0;                 ///< lowest: of the contact above the lowest point [m]
   Vec3 down = {0, 0, -1};            ///< lowest
   std::optional<core::Range> force;  ///< [N] of each hold; none: a fraction of the object's weight
+  double probability = 1;            ///< that it is there in a sample
 
   /// Places that are pressed with a force each.
   int holds() const;

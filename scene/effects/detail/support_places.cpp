@@ -140,26 +140,34 @@ std::vector<Press> press(HeldPlaces& held, const SupportsConfig& supports, const
   core::RandomStream places(sound.seed, sound.id, "supports.place");
   core::RandomStream choices(sound.seed, sound.id, "supports.pool");
   core::RandomStream forces(sound.seed, sound.id, "supports.force");
+  core::RandomStream there(sound.seed, sound.id, "supports.probability");
   std::vector<Press> presses;
-  int bearing = 0;
+  std::vector<std::size_t> weighed;  // they bear the object
   auto fixed = held.fixed.begin();
   auto pool = held.pools.begin();
   for (const SupportConfig& config : supports.contacts) {
-    if (!config.force) bearing += config.holds();
+    const bool acts = config.probability == 1 || there.uniform(0, 1) < config.probability;
+    std::vector<Press> holds;
     if (config.pool > 0) {
-      for (Press& one : choose(*pool++, config.count, choices)) presses.push_back(std::move(one));
-      continue;
+      holds = choose(*pool++, config.count, choices);
+    } else {
+      for (int k = 0; k < config.holds(); ++k) {
+        Press one;
+        one.hold =
+            config.place == Place::random ? draw_place(held, object, config, places) : *fixed++;
+        if (config.force) one.force = forces.log_uniform(config.force->low, config.force->high);
+        holds.push_back(std::move(one));
+      }
     }
-    for (int k = 0; k < config.holds(); ++k) {
-      Press one;
-      one.hold =
-          config.place == Place::random ? draw_place(held, object, config, places) : *fixed++;
-      if (config.force) one.force = forces.log_uniform(config.force->low, config.force->high);
+    for (Press& one : holds) {
+      if (!acts) one.force = 0;
+      if (acts && !config.force) weighed.push_back(presses.size());
       presses.push_back(std::move(one));
     }
   }
-  for (Press& one : presses) {
-    if (!one.hold->config->force) one.force = synth::support::weight(*object.modes) / bearing;
+  for (const std::size_t i : weighed) {
+    presses[i].force =
+        synth::support::weight(*object.modes) / static_cast<double>(weighed.size());
   }
   return presses;
 }

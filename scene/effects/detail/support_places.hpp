@@ -22,7 +22,7 @@ struct Hold {
 /// A hold as one sound has it: pressed with a force.
 struct Press {
   std::shared_ptr<const Hold> hold;
-  double force = 0;         ///< [N]
+  double force = 0;         ///< [N]; 0: it is not there in this sound
   std::int64_t index = -1;  ///< in the contact's pool; -1: it has none
 };
 
@@ -43,7 +43,7 @@ struct HeldPlaces {
 /// @throws InputError  a place that is given is farther from the surface than the object is large
 HeldPlaces find_places(const RingingObject& object, const SupportsConfig& config);
 
-/// What holds the object during a sound, in the order of the configuration: draws what is drawn.
+/// What may hold the object during a sound, in the order of the configuration: draws what is drawn.
 std::vector<Press> press(HeldPlaces& places, const SupportsConfig& config, const Sound& sound);
 
 }  // namespace carillon::scene

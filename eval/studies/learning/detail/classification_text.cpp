@@ -8,6 +8,7 @@
 #include "core/json.hpp"
 #include "core/progress.hpp"
 #include "eval/studies/learning/detail/classification.hpp"
+#include "eval/studies/learning/detail/seed_answers.hpp"
 #include "eval/studies/learning/detail/tables.hpp"
 
 namespace carillon::eval::studies {
@@ -29,15 +30,9 @@ ordered_json recognition_json(const recognition::RecognitionTrial& trial) {
 }
 
 ordered_json to_json(const ClassificationRow& row) {
-  ordered_json recalls = ordered_json::array(), confusion = ordered_json::array();
+  ordered_json recalls = ordered_json::array();
   for (const double recall : classification::recalls(row.confusion)) {
     recalls.emplace_back(core::number_or_null(recall));
-  }
-  for (std::size_t c = 0; c < row.confusion.classes; ++c) {
-    ordered_json& counts = confusion.emplace_back(ordered_json::array());
-    for (std::size_t k = 0; k < row.confusion.classes; ++k) {
-      counts.push_back(row.confusion.at(c, k));
-    }
   }
   ordered_json found = {
       {"dataset", row.dataset},
@@ -51,7 +46,7 @@ ordered_json to_json(const ClassificationRow& row) {
       {"accuracy", accuracy_json(row.accuracy)},
       {"balanced_accuracy", accuracy_json(row.balanced_accuracy)},
       {"recalls", recalls},
-      {"confusion", confusion},
+      {"confusion", counts_json(row.confusion)},
       {"validation_accuracy", core::number_or_null(row.validation_accuracy)},
       {"parameters", row.parameters},
       {"training_s", core::number_or_null(row.training_s)},

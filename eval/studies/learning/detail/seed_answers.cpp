@@ -24,6 +24,15 @@ nlohmann::ordered_json accuracy_json(const std::optional<Estimate>& accuracy) {
   return found;
 }
 
+nlohmann::ordered_json counts_json(const classification::Confusion& confusion) {
+  nlohmann::ordered_json rows = nlohmann::ordered_json::array();
+  for (std::size_t c = 0; c < confusion.classes; ++c) {
+    nlohmann::ordered_json& counts = rows.emplace_back(nlohmann::ordered_json::array());
+    for (std::size_t k = 0; k < confusion.classes; ++k) counts.push_back(confusion.at(c, k));
+  }
+  return rows;
+}
+
 void SeedAnswers::add(const PartAnswers& part, const std::vector<std::string>& names) {
   const std::size_t classes = names.size();
   if (predicted_.empty()) {

@@ -23,6 +23,9 @@ nlohmann::ordered_json to_json(const std::optional<Estimate>& estimate);
 /// The same with `deviation`.
 nlohmann::ordered_json accuracy_json(const std::optional<Estimate>& accuracy);
 
+/// Rows of counts, one for each true class.
+nlohmann::ordered_json counts_json(const classification::Confusion& confusion);
+
 /// What classifiers that differ by their seed alone answered for the same samples.
 class SeedAnswers {
  public:
@@ -37,6 +40,7 @@ class SeedAnswers {
   std::size_t samples() const { return truth_.size(); }
   /// Different groups of samples whose answers stand and fall together.
   std::size_t groups() const;
+  const std::vector<std::string>& classes() const { return classes_; }
   /// Of all seeds together.
   const classification::Confusion& confusion() const { return confusion_; }
   /// Nothing for no samples.

@@ -7,6 +7,9 @@
 #include <map>
 
 #include "core/error.hpp"
+#include "eval/classification/calibration.hpp"
+#include "eval/classification/open_set.hpp"
+#include "eval/recognition/recognition.hpp"
 #include "eval/studies/learning/detail/answers.hpp"
 #include "eval/studies/learning/detail/mpi_learning.hpp"
 #include "eval/studies/learning/detail/open_condition.hpp"
@@ -119,6 +122,23 @@ PartAnswers answers_of(const PartAnswers& part, char source, std::size_t classes
   return own;
 }
 
+/// Fraction of sounds whose likely class is less sure than that of the validation samples that are
+/// taken for known (recognition).
+double unknown_fraction(const PartAnswers& validation, const PartAnswers& asked,
+                        std::size_t classes) {
+  const auto logits = [&](const PartAnswers& part) {
+    return std::vector<double>(part.scores.begin(), part.scores.end());
+  };
+  const std::vector<double> known = logits(validation), unknown = logits(asked);
+  const double temperature =
+      classification::fit_temperature({known, classes}, true_classes(validation));
+  const double threshold =
+      classification::threshold_at(classification::log_odds_scores({known, classes}, temperature),
+                                   recognition::accepted_fraction);
+  return 1 - classification::fraction_reaching(
+                 classification::log_odds_scores({unknown, classes}, temperature), threshold);
+}
+
 bool Run::learn(learning::SampleSource& other, const std::vector<Selection>& selected,
                 const learning::Method& method, TransferRow row) {
   std::unique_ptr<learning::SampleSource> source;
@@ -129,6 +149,7 @@ bool Run::learn(learning::SampleSource& other, const std::vector<Selection>& sel
   task.except.clear();  // none of them is selected
   SeedAnswers own(task.split), there(task.split);
   std::string inputs;
+  std::vector<double> unknown;
   for (const learning::Method& seeded : with_seeds(method, spec_.seeds)) {
     TrainingJob job = make_job(*source, task, seeded, models_);
     const std::string seed = fmt::format("{}/seed-{}", method.name, seeded.learning.seed);
@@ -141,7 +162,12 @@ bool Run::learn(learning::SampleSource& other, const std::vector<Selection>& sel
     mpi::agreed(world_, [&] {
       const Answers answers = read_answers(job.folder / "answers.h5");
       own.add(answers_of(answers.test, '0', answers.classes.size()), answers.classes);
-      there.add(answers_of(answers.test, '1', answers.classes.size()), answers.classes);
+      const PartAnswers target = answers_of(answers.test, '1', answers.classes.size());
+      there.add(target, answers.classes);
+      if (learning::only_hears(method) && answers.classes.size() > 1 && target.samples() > 0 &&
+          answers.validation.samples() > 0) {
+        unknown.push_back(unknown_fraction(answers.validation, target, answers.classes.size()));
+      }
       row.samples = end.record.train_samples;
     });
     inputs += job.inputs;
@@ -150,6 +176,10 @@ bool Run::learn(learning::SampleSource& other, const std::vector<Selection>& sel
     row.method = method.name;
     row.own = own.summary(classification::AccuracyKind::plain, inputs);
     row.there = there.summary(classification::AccuracyKind::plain, inputs);
+    row.balanced_there = there.summary(classification::AccuracyKind::balanced, inputs);
+    row.classes = there.classes();
+    row.confusion_there = there.confusion();
+    if (!unknown.empty()) row.unknown_there = statistics::mean(unknown);
     if (own.empty() || there.empty()) return;
     const classification::ConfusionDifference difference =
         classification::confusion_difference(own.confusion(), there.confusion());

@@ -51,6 +51,11 @@ struct TransferRow {
   std::size_t samples = 0;            ///< for training
   std::optional<Estimate> own;        ///< accuracy where it learnt, if elsewhere
   std::optional<Estimate> there;      ///< accuracy in the target condition
+  std::optional<Estimate> balanced_there;  ///< mean of the classes' recalls there
+  /// Fraction of the target's sounds that networks which only hear take for none of their classes.
+  std::optional<double> unknown_there;
+  std::vector<std::string> classes;           ///< of the answers
+  classification::Confusion confusion_there;  ///< of all seeds together
   std::optional<Estimate> less_home;  ///< by how much that is above what the target's own teach
   std::optional<Estimate> gain;       ///< and above what the dataset `against` teaches
   /// Frobenius norm of the difference of their confusions in both (Sterling 2019, Fig. 4.13), of
