@@ -102,11 +102,11 @@ void SoundChain::make(Sound& sound) {
     sound.modes = synth::modal::sounding_modes(sound.rings, sound.sample_rate);
     sound.modes_above_nyquist = synth::modal::modes_above_nyquist(sound.rings, sound.sample_rate);
     const std::size_t count = sound.before + scene_.audio.samples();
-    sound.audio = sound.strikes == std::vector<double>{0}
-                      ? synth::modal::synthesize(sound.rings, sound.strike.force,
-                                                 sound.sample_rate, count)
-                      : synth::modal::synthesize_strikes(sound.rings, sound.strike.force,
-                                                         sound.strikes, sound.sample_rate, count);
+    sound.audio =
+        sound.strikes == std::vector<double>{0}
+            ? synth::modal::synthesize(sound.rings, sound.strike.force, sound.sample_rate, count)
+            : synth::modal::synthesize_strikes(sound.rings, sound.strike.force, sound.strikes,
+                                               sound.sample_rate, count);
   }
   finish(sound);
 }

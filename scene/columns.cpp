@@ -35,7 +35,8 @@ constexpr core::ColumnRule list[] = {
      "of the contact force (of a noise burst its whole length); 0 with `effects.contact: off`, an "
      "ideal impulse"},
     {"strike_times", "float64", "strikes", "s", "may",
-     "when the strikes of the clip are, ascending; those before it begins are negative; NaN: no more",
+     "when the strikes of the clip are, ascending; those before it begins are negative; NaN: no "
+     "more",
      may_be_nan},
     {"gain", "float64", "", "s/m|1/Pa", "always", "recorded level"},
     {"peak", "float64", "", "1", "always", "largest magnitude before int16 rounds and clips"},
@@ -183,7 +184,8 @@ constexpr core::ColumnRule list[] = {
      "root mean square of the noise over the active part, before `gain`"},
     {"noise_source", "text", "", "1", "noise",
      "its kind, or the stretches of recordings: `name start+duration; ...`"},
-    {"active_begin", "float64", "", "s", "noise", "where the sound begins in the clip; negative: in the tail of an earlier strike"},
+    {"active_begin", "float64", "", "s", "noise",
+     "where the sound begins in the clip; negative: in the tail of an earlier strike"},
     {"active_end", "float64", "", "s", "noise", "where it ends"},
     {"recording_shift", "float64", "", "s", "may",
      "how much later the sound comes (`recording.shift`)"},

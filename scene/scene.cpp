@@ -175,7 +175,8 @@ double Scene::seconds_per_sound(int modes) const {
   // Ring-down kernel, one core of a 2.3 GHz Xeon (docs/sound/speed.md).
   constexpr double seconds_per_mode_sample = 4e-10;
   const double count = static_cast<double>(rows());
-  double seconds = seconds_per_mode_sample * modes * static_cast<double>(rendered_samples()) * count;
+  double seconds =
+      seconds_per_mode_sample * modes * static_cast<double>(rendered_samples()) * count;
   for (const EffectDecision& decision : effects) {
     if (decision.enabled) seconds += effect_seconds(*this, decision.in_scene, modes);
   }

@@ -34,10 +34,10 @@ struct Repeats {
 };
 
 struct StrikeConfig {
-  int per_object = 8;              ///< strikes of each shape, the same points for all its variants
-  core::Range impulse;             ///< [N s], drawn uniformly in the logarithm
-  core::Range contact_time;        ///< [s], likewise
-  double spread = 0;               ///< [rad] largest angle between force and inward normal
+  int per_object = 8;        ///< strikes of each shape, the same points for all its variants
+  core::Range impulse;       ///< [N s], drawn uniformly in the logarithm
+  core::Range contact_time;  ///< [s], likewise
+  double spread = 0;         ///< [rad] largest angle between force and inward normal
   Repeats repeats;
   std::vector<GivenStrike> given;  ///< from a CSV file; then nothing is drawn
   std::string csv;                 ///< path of that file; "" for none

@@ -152,8 +152,8 @@ std::size_t variants_of_a_shape(const BuildConfig& config) {
     const std::size_t sizes = source.tune.empty()
                                   ? source.sizes.size() + (source.drawn_size ? 1 : 0)
                                   : source.tune.size();
-    variants = std::max(variants, sounding_materials(config, source) *
-                                      chosen(config.sounding.sizes, sizes));
+    variants = std::max(variants,
+                        sounding_materials(config, source) * chosen(config.sounding.sizes, sizes));
   }
   return variants;
 }

@@ -50,8 +50,8 @@ BatchReader::BatchReader(SampleSource& source, const LabelledSamples& samples, c
   for (std::size_t s = 0; s < modalities_.size(); ++s) {
     const ModalityLayout layout = require_layout(source, modalities_[s]);
     layouts_.push_back(layout);
-    const double bytes = static_cast<double>(values_in(layout.extent)) *
-                         (is_kept_as_halves(modalities_[s]) ? 2 : 4);
+    const double bytes =
+        static_cast<double>(values_in(layout.extent)) * (is_kept_as_halves(modalities_[s]) ? 2 : 4);
     if (!layout.shared) {
       row_bytes += bytes;
       continue;
@@ -214,8 +214,8 @@ bool BatchReader::next(std::size_t size, Batch& batch) {
                   std::span(to).last(each));
         continue;
       }
-      const float* from = layouts_[s].shared ? shared_value(s, row)
-                                             : window_->values[s].floats.data() + at * each;
+      const float* from =
+          layouts_[s].shared ? shared_value(s, row) : window_->values[s].floats.data() + at * each;
       to.insert(to.end(), from, from + each);
     }
   }

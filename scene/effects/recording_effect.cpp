@@ -74,13 +74,14 @@ Recorder read_recorder(core::ConfigNode& node, double sample_rate) {
     node.fail("shift", "a sound can only come later", "times from 0 s");
   }
   recorder.fractions = node.flag("shift_fractions", false);
-  recorder.gain = node.range("gain", core::Dimension::level, core::Range{0, 0});
-  if (recorder.gain.low < -200 || recorder.gain.high > 200) {
-    node.fail("gain", "gains beyond 200 dB are not possible", "-200 to 200 dB");
-  }
   if (node.has("peak")) {
     if (node.has("gain")) node.fail("peak", "decides the gain", "give one of `gain` and `peak`");
     recorder.peak = node.range("peak", core::Dimension::level);
+  } else {
+    recorder.gain = node.range("gain", core::Dimension::level, core::Range{0, 0});
+    if (recorder.gain.low < -200 || recorder.gain.high > 200) {
+      node.fail("gain", "gains beyond 200 dB are not possible", "-200 to 200 dB");
+    }
   }
   recorder.low_cut = read_edge(node, "low_cut", sample_rate);
   recorder.high_cut = read_edge(node, "high_cut", sample_rate);

@@ -25,8 +25,8 @@ std::string why_silent(const RoomScene& room, const Scene& scene) {
     }
     for (const Room& place : rooms) {
       for (const Vec3& listener : place.listeners) {
-        const synth::room::TailPlan plan = synth::room::room_tail_plan(
-            room_options(room, place, listener, scene.audio.sample_rate, scene.rendered_samples(), 0));
+        const synth::room::TailPlan plan = synth::room::room_tail_plan(room_options(
+            room, place, listener, scene.audio.sample_rate, scene.rendered_samples(), 0));
         loudest = std::max(loudest, plan.energy_db());
         first = std::min(first, plan.start);
         if (loudest >= synth::room::inaudible_tail && first < scene.audio.seconds) return "";

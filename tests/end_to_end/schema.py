@@ -208,6 +208,7 @@ class Agreement(SchemaTest):
             resolved = readers.load(answer["resolved"])
             schema = self.schemas[DOCUMENTS[kind]]
             self.assertEqual([error.message for error in validator(schema).iter_errors(resolved)], [], name)
+            self.assertEqual(self.read(kind, resolved)["resolved"], answer["resolved"], name)
             keys = schema["definitions"]["study" if kind == "accuracy" else "build"]["properties"]
             for key, value in resolved.items():
                 of_key = keys[key].get("properties", {})

@@ -264,8 +264,8 @@ bool is_of_an_effect(const core::ColumnRule& rule) {
   for (const char* other : {"always", "struck", "mel", "motion", "touch", "movie"}) {
     if (when == other) return false;
   }
-  // Of a movie; of a manifest.
-  return name != "depth" && name != "masks" && name != "label_";
+  // Of a movie; of a manifest; of strikes that are repeated.
+  return name != "depth" && name != "masks" && name != "label_" && name != "strike_times";
 }
 
 TEST(Effects, RecordEveryColumnThatIsTheirs) {

@@ -115,10 +115,8 @@ std::vector<float> ball_struck_twice(double begin, double seconds) {
   const RingingObject object = chain.prepare("ball", "ball", modes, materials);
   Sound sound;
   sound.object = &object;
-  sound.strike = {synth::modal::SurfaceSampler(modes.surface).nearest({0, 0, 0.05}),
-                  {0, 0, -1},
-                  0.01,
-                  {}};
+  sound.strike = {
+      synth::modal::SurfaceSampler(modes.surface).nearest({0, 0, 0.05}), {0, 0, -1}, 0.01, {}};
   sound.contact_time = 2e-4;
   sound.before = static_cast<std::size_t>(std::lround(begin * 44100));
   sound.strikes = {0, 0.1};

@@ -101,8 +101,7 @@ ordered_json fusion_of(const Classifier& classifier, const learning::Method& met
   if (product == nullptr) return fusion;
   fusion["projections"] = ordered_json::array();
   for (std::size_t i = 0; i < method.branches.size(); ++i) {
-    fusion["projections"].push_back(
-        weights_named("dense", fmt::format("product.projection{}", i)));
+    fusion["projections"].push_back(weights_named("dense", fmt::format("product.projection{}", i)));
   }
   if (method.fusion == learning::Fusion::bilinear) fusion["factors"] = method.sizes.factors;
   return fusion;

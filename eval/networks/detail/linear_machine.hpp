@@ -32,8 +32,8 @@ class LinearSamples {
 };
 
 /// The plane that has the samples of one label on its positive side: its normal, then its offset
-/// (regularised like the normal). Squared hinge loss, by liblinear's dual coordinate descent (Fan et
-/// al. 2008), whose random order is of the seed: the same input gives the same bits.
+/// (regularised like the normal). Squared hinge loss, by liblinear's dual coordinate descent (Fan
+/// et al. 2008), whose random order is of the seed: the same input gives the same bits.
 /// @param cost  of a sample on the wrong side, against the normal's square
 std::vector<double> one_against_rest(LinearSamples& samples, std::int64_t label, double cost,
                                      std::uint64_t seed);

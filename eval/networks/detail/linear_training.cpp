@@ -17,10 +17,10 @@ constexpr std::size_t read_batch = 256;
 
 /// As many rows as fit into the memory, drawn evenly from all; says so where they are fewer.
 std::vector<std::uint32_t> fitting_rows(std::vector<std::uint32_t> rows, double memory,
-                                       std::size_t values, std::uint64_t seed,
-                                       std::vector<std::string>& remarks) {
-  const auto fitting = static_cast<std::size_t>(
-      std::max(1.0, memory / LinearSamples::bytes_of(values)));
+                                        std::size_t values, std::uint64_t seed,
+                                        std::vector<std::string>& remarks) {
+  const auto fitting =
+      static_cast<std::size_t>(std::max(1.0, memory / LinearSamples::bytes_of(values)));
   if (fitting >= rows.size()) return rows;
   remarks.push_back(
       fmt::format("learns from {} of {} samples, which fill `memory`: more of it takes all",
@@ -45,9 +45,8 @@ LinearSamples read_samples(const Learner::State& learner, learning::SampleSource
                            const learning::LabelledSamples& samples, Trained& trained) {
   const learning::LearningOptions& options = learner.method.learning;
   const std::size_t values = values_of_all(learner.extents);
-  const std::vector<std::uint32_t> rows =
-      fitting_rows(samples.rows(learning::Part::train), options.memory, values, options.seed,
-                  trained.remarks);
+  const std::vector<std::uint32_t> rows = fitting_rows(
+      samples.rows(learning::Part::train), options.memory, values, options.seed, trained.remarks);
   learning::BatchReader reader(source, samples, learner.method, rows, options.memory / 8);
   LinearSamples found(values);
   reader.begin({});

@@ -79,7 +79,8 @@ nn::Sequential voxnet(const learning::LayerSizes& sizes, const learning::Modalit
   const auto leaky = nn::LeakyReLUOptions().negative_slope(0.1);
   const std::int64_t turns = extent[0];
   nn::Sequential layers;
-  if (turns > 1) layers->push_back(Copies(learning::ModalityExtent{1, extent[1], extent[2], extent[3]}, true));
+  if (turns > 1)
+    layers->push_back(Copies(learning::ModalityExtent{1, extent[1], extent[2], extent[3]}, true));
   layers->push_back(nn::Conv3d(nn::Conv3dOptions(1, 32, 5).stride(2)));
   layers->push_back(nn::LeakyReLU(leaky));
   layers->push_back(nn::Dropout(0.2));

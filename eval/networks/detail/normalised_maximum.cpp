@@ -103,14 +103,14 @@ void spread_gradient(const float* values, const float* gradient, const float* ma
     const std::size_t from = group * extent.channels;
     for (std::size_t c = 0; c < extent.channels; c += hn::Lanes(lanes)) {
       const auto passes = hn::Gt(hn::LoadU(lanes, maxima + from + c), hn::Zero(lanes));
-      const auto slope = hn::IfThenElseZero(passes, hn::Mul(hn::LoadU(lanes, gradient + from + c),
-                                                            hn::LoadU(lanes, scale + c)));
+      const auto slope = hn::IfThenElseZero(
+          passes, hn::Mul(hn::LoadU(lanes, gradient + from + c), hn::LoadU(lanes, scale + c)));
       const auto place = hn::LoadU(whole, places + from + c);
       const auto base = hn::LoadU(lanes, constant + c), by = hn::LoadU(lanes, linear + c);
       for (std::size_t p = 0; p < extent.window; ++p) {
         const std::size_t at = rows + p * extent.channels + c;
-        const auto here = hn::RebindMask(
-            lanes, hn::Eq(place, hn::Set(whole, static_cast<std::int32_t>(p))));
+        const auto here =
+            hn::RebindMask(lanes, hn::Eq(place, hn::Set(whole, static_cast<std::int32_t>(p))));
         const auto own = hn::Add(base, hn::Mul(by, hn::LoadU(lanes, values + at)));
         hn::StoreU(hn::Add(own, hn::IfThenElseZero(here, slope)), lanes, found + at);
       }
@@ -149,8 +149,7 @@ void normalised_maximum(const float* values, const MaximumExtent& extent,
 }
 
 void maximum_sums(const float* gradient, const float* maxima, const float* peaks,
-                  const MaximumExtent& extent, std::span<double> plain,
-                  std::span<double> by_peak) {
+                  const MaximumExtent& extent, std::span<double> plain, std::span<double> by_peak) {
   HWY_DYNAMIC_DISPATCH(add_maxima)
   (gradient, maxima, peaks, extent, plain.data(), by_peak.data());
 }

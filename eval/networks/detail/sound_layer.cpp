@@ -74,10 +74,9 @@ class NormalisedMaximum : public torch::autograd::Function<NormalisedMaximum> {
     const torch::Tensor linear = (-scale * inverse * by_weight / rows).to(torch::kFloat32);
     const torch::Tensor constant = (-scale * sum / rows - linear * mean).to(torch::kFloat32);
     const torch::Tensor found = torch::empty_like(values);
-    maximum_gradient(values.data_ptr<float>(), gradient.data_ptr<float>(),
-                     maxima.data_ptr<float>(), places.data_ptr<std::int32_t>(), extent,
-                     values_of(scale), values_of(constant), values_of(linear),
-                     found.data_ptr<float>());
+    maximum_gradient(values.data_ptr<float>(), gradient.data_ptr<float>(), maxima.data_ptr<float>(),
+                     places.data_ptr<std::int32_t>(), extent, values_of(scale), values_of(constant),
+                     values_of(linear), found.data_ptr<float>());
     return {found, by_weight.to(torch::kFloat32), sum.to(torch::kFloat32), {}, {}, {}, {}, {}};
   }
 };
@@ -85,14 +84,14 @@ class NormalisedMaximum : public torch::autograd::Function<NormalisedMaximum> {
 /// The same by torch's own operations, with statistics that are there, or on another device.
 torch::Tensor maximum_by_steps(const torch::Tensor& values, torch::nn::BatchNorm1d& norm,
                                std::int64_t window, bool over_batch) {
-  const torch::Tensor normalised = functional::batch_norm(
-      values.flatten(0, 1), norm->running_mean, norm->running_var,
-      functional::BatchNormFuncOptions()
-          .weight(norm->weight)
-          .bias(norm->bias)
-          .training(over_batch)
-          .momentum(norm->options.momentum())
-          .eps(norm->options.eps()));
+  const torch::Tensor normalised =
+      functional::batch_norm(values.flatten(0, 1), norm->running_mean, norm->running_var,
+                             functional::BatchNormFuncOptions()
+                                 .weight(norm->weight)
+                                 .bias(norm->bias)
+                                 .training(over_batch)
+                                 .momentum(norm->options.momentum())
+                                 .eps(norm->options.eps()));
   const torch::Tensor rectified = torch::relu(normalised);
   return rectified.view({values.size(0), values.size(1) / window, window, values.size(2)}).amax(2);
 }
@@ -129,8 +128,8 @@ torch::Tensor SoundLayerImpl::convolved(const torch::Tensor& input) const {
                                     .reshape({phases_ * to, block * from, 1, seen});
   const torch::Tensor image =
       padded.reshape({input.size(0), 1, blocks, block * from}).permute({0, 3, 1, 2});
-  const torch::Tensor convolved = torch::conv2d(
-      image, weights.contiguous(torch::MemoryFormat::ChannelsLast));
+  const torch::Tensor convolved =
+      torch::conv2d(image, weights.contiguous(torch::MemoryFormat::ChannelsLast));
   return convolved.permute({0, 2, 3, 1}).reshape({input.size(0), outputs, to});
 }
 
@@ -138,7 +137,8 @@ torch::Tensor SoundLayerImpl::forward(const torch::Tensor& input) {
   const torch::Tensor values = convolved(input);
   // A single value has no variance: the last sample of an epoch, of a short clip.
   const bool over_batch = is_training() && values.size(0) * values.size(1) > 1;
-  const bool by_kernels = over_batch && values.device().is_cpu() && values.dtype() == torch::kFloat32;
+  const bool by_kernels =
+      over_batch && values.device().is_cpu() && values.dtype() == torch::kFloat32;
   if (!by_kernels) return maximum_by_steps(values, norm_, window_, over_batch);
   if (norm_->num_batches_tracked.defined()) norm_->num_batches_tracked += 1;
   return NormalisedMaximum::apply(values.contiguous(), norm_->weight, norm_->bias,

@@ -96,8 +96,9 @@ std::string heard_text(const std::vector<TransferRow>& rows) {
 std::string transfer_text(const TransferSpec& spec, const EvaluatedDatasets& datasets,
                           const std::vector<TransferRow>& rows) {
   std::vector<std::vector<std::string>> elsewhere = {
-      {"trained on", "method", "samples", "accuracy there", "in the target",
-       "balanced", "none of its classes", "less what its own teach", "gain", "confusions apart", "by chance", "ms a sample"}};
+      {"trained on", "method", "samples", "accuracy there", "in the target", "balanced",
+       "none of its classes", "less what its own teach", "gain", "confusions apart", "by chance",
+       "ms a sample"}};
   std::vector<std::vector<std::string>> mixes = {
       {"of the target", "method", "with", "samples", "in the target", "less what all teach"}};
   for (const TransferRow& row : rows) {

@@ -166,8 +166,7 @@ std::vector<Press> press(HeldPlaces& held, const SupportsConfig& supports, const
     }
   }
   for (const std::size_t i : weighed) {
-    presses[i].force =
-        synth::support::weight(*object.modes) / static_cast<double>(weighed.size());
+    presses[i].force = synth::support::weight(*object.modes) / static_cast<double>(weighed.size());
   }
   return presses;
 }

@@ -11,8 +11,8 @@ struct LayerCase {
 };
 
 std::ostream& operator<<(std::ostream& stream, const LayerCase& layer) {
-  return stream << layer.from << " to " << layer.to << ", " << layer.kernel << " / "
-                << layer.window << ", " << layer.time;
+  return stream << layer.from << " to " << layer.to << ", " << layer.kernel << " / " << layer.window
+                << ", " << layer.time;
 }
 
 /// The same layer by torch: samples x channels x time.
@@ -30,8 +30,8 @@ class Reference {
   torch::Tensor forward(const torch::Tensor& input, bool training) {
     torch::Tensor values = torch::conv1d(input, weight, {}, 2, layer_->kernel() / 2);
     values = values.slice(2, 0, values.size(2) / layer_->window() * layer_->window());
-    values = torch::batch_norm(values, scale, shift, mean, variance, training, momentum_, 1e-5,
-                               false);
+    values =
+        torch::batch_norm(values, scale, shift, mean, variance, training, momentum_, 1e-5, false);
     return torch::max_pool1d(torch::relu(values), layer_->window());
   }
 
@@ -44,8 +44,7 @@ class Reference {
 };
 
 double largest_difference(const torch::Tensor& found, const torch::Tensor& expected) {
-  return (found - expected).abs().max().item<double>() /
-         expected.abs().max().item<double>();
+  return (found - expected).abs().max().item<double>() / expected.abs().max().item<double>();
 }
 
 class SoundLayers : public testing::TestWithParam<LayerCase> {};
@@ -97,9 +96,10 @@ TEST_P(SoundLayers, AreTheSameInDoublePrecision) {
 
 // Both of SoundNet's first layers, one without a maximum, and times that leave outputs over.
 INSTANTIATE_TEST_SUITE_P(Some, SoundLayers,
-                         testing::Values(LayerCase{1, 32, 64, 8, 1003}, LayerCase{1, 16, 64, 8, 640},
-                                         LayerCase{32, 64, 32, 8, 141},
-                                         LayerCase{16, 32, 4, 1, 7}, LayerCase{16, 16, 8, 4, 50}));
+                         testing::Values(LayerCase{1, 32, 64, 8, 1003},
+                                         LayerCase{1, 16, 64, 8, 640},
+                                         LayerCase{32, 64, 32, 8, 141}, LayerCase{16, 32, 4, 1, 7},
+                                         LayerCase{16, 16, 8, 4, 50}));
 
 }  // namespace
 }  // namespace carillon::eval

@@ -47,10 +47,10 @@ struct TransferRow {
   LearntFrom kind = LearntFrom::elsewhere;
   std::string trained_on;  ///< name of the dataset; "mixed" and "target alone" of mixes
   std::string method;
-  double fraction = 0;                ///< of the target's own samples in training
-  std::size_t samples = 0;            ///< for training
-  std::optional<Estimate> own;        ///< accuracy where it learnt, if elsewhere
-  std::optional<Estimate> there;      ///< accuracy in the target condition
+  double fraction = 0;                     ///< of the target's own samples in training
+  std::size_t samples = 0;                 ///< for training
+  std::optional<Estimate> own;             ///< accuracy where it learnt, if elsewhere
+  std::optional<Estimate> there;           ///< accuracy in the target condition
   std::optional<Estimate> balanced_there;  ///< mean of the classes' recalls there
   /// Fraction of the target's sounds that networks which only hear take for none of their classes.
   std::optional<double> unknown_there;
