@@ -85,6 +85,18 @@ class Transfer(FolderTest):
         self.assertGreater(row["confusion_norm"], row["norm_by_chance"]["max"])
         self.assertLess(row["norm_by_chance"]["mean"], row["norm_by_chance"]["max"])
 
+    def test_classes_count_alike_and_what_is_of_none_is_told(self):
+        for row in self.found["rows"]:
+            counts = row["target_confusion"]
+            self.assertEqual(len(counts), len(row["classes"]))
+            recalls = [of_class[c] / sum(of_class) for c, of_class in enumerate(counts) if sum(of_class)]
+            self.assertAlmostEqual(row["target_balanced"]["mean"], sum(recalls) / len(recalls), 12)
+            right = sum(of_class[c] for c, of_class in enumerate(counts)) / sum(map(sum, counts))
+            self.assertAlmostEqual(row["target"]["mean"], right, 12)
+            self.assertTrue(0 <= row["target_unknown"] <= 1)
+        # A network that learnt without noise is not sure in noise.
+        self.assertGreater(self.row("clean")["target_unknown"], self.row("noisy")["target_unknown"])
+
     def test_mixes_have_one_size_and_the_same_test(self):
         alone = [row for row in self.found["rows"] if row["trained_on"] == "target alone"]
         mixed = [row for row in self.found["rows"] if row["trained_on"] == "mixed"]
