@@ -19,7 +19,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-
 from carillon import _carillon
 from carillon.errors import FileError, InputError
 
@@ -87,7 +86,7 @@ class Network:
         """Softmax of the scores, without the temperature that `carillon identify` finds."""
         scores = self.scores(*inputs, torch=torch)
         exponentials = np.exp(scores - scores.max(1, keepdims=True))
-        return exponentials / exponentials.sum(1, keepdims=True)
+        return np.asarray(exponentials / exponentials.sum(1, keepdims=True))
 
     def _checked(self, inputs: Sequence[npt.ArrayLike]) -> list[_Array]:
         arrays = [np.ascontiguousarray(values, np.float32) for values in inputs]
@@ -104,7 +103,8 @@ class Network:
             program = self.path.with_name("model.pt")
             try:
                 import torch
-                self._script = (torch.jit.load(str(program)).eval(), torch) if program.exists() else False
+                library: Any = torch
+                self._script = (library.jit.load(str(program)).eval(), library) if program.exists() else False
             except ImportError:
                 if needed:
                     raise
@@ -224,7 +224,7 @@ def _scaled(powers: _Array, spectrogram: dict[str, Any]) -> _Array:
         return powers
     with np.errstate(divide="ignore"):
         decibels = 10 * np.log10(powers.astype(np.float64))
-    return np.maximum(0, 1 + decibels / spectrogram["range_db"]).astype(np.float32)
+    return np.asarray(np.maximum(0, 1 + decibels / spectrogram["range_db"]), np.float32)
 
 
 _LAYERS = {"dense": _dense, "convolution": _convolution, "normalisation": _normalisation, "rectifier": _rectifier,

@@ -1,4 +1,4 @@
-# ruff: noqa: F403, F405, I001 (as packages of Spack are written)
+# ruff: noqa: F403, F405, I001, RUF012 (as packages of Spack are written)
 import os
 
 from spack_repo.builtin.build_systems.makefile import MakefilePackage
