@@ -338,9 +338,11 @@ ConfigNode ConfigNode::child(const std::string& key) {
 }
 
 std::vector<ConfigNode> ConfigNode::children(const std::string& key) {
+  std::vector<Impl::Pointer> list;
   const auto* before = impl_->find_asked(key);
-  if (before == nullptr || !std::holds_alternative<std::vector<Impl::Pointer>>(before->answer)) {
-    std::vector<Impl::Pointer> list;
+  if (before != nullptr && std::holds_alternative<std::vector<Impl::Pointer>>(before->answer)) {
+    list = std::get<std::vector<Impl::Pointer>>(before->answer);
+  } else {
     const ConfigEntry* entry = impl_->entry(key);
     if (entry != nullptr && entry->value.kind != Kind::nothing) {
       if (entry->value.kind != Kind::list) {
@@ -356,13 +358,10 @@ std::vector<ConfigNode> ConfigNode::children(const std::string& key) {
                                     {key, fmt::format("[{}]", list.size())}));
       }
     }
-    impl_->answer(key, std::move(list), {.kind = "children", .optional = true});
-    before = impl_->find_asked(key);
+    impl_->answer(key, list, {.kind = "children", .optional = true});
   }
   std::vector<ConfigNode> nodes;
-  for (const Impl::Pointer& item : std::get<std::vector<Impl::Pointer>>(before->answer)) {
-    nodes.push_back(ConfigNode(item));
-  }
+  for (const Impl::Pointer& item : list) nodes.push_back(ConfigNode(item));
   return nodes;
 }
 

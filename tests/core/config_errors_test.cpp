@@ -238,6 +238,13 @@ TEST(ConfigErrors, KeysAreTexts) {
   EXPECT_EQ(refusal("x: {~: 1}\n"), "c.yaml:1:5: x: a key must be a text");
 }
 
+TEST(ConfigErrors, AKeyWithoutANameIsUnknown) {
+  ConfigNode root = ConfigNode::parse("\"\": [{a: 1}]\n", "test.yaml");
+  EXPECT_EQ(root.children("").size(), 1u);
+  EXPECT_EQ(root.children("").size(), 1u);
+  EXPECT_THROW(root.finish(), ConfigError);
+}
+
 TEST(ConfigErrors, NestingAndAliasesAreBounded) {
   EXPECT_NE(refusal("a: " + std::string(10000, '[')).find("nested more than 64 deep"),
             std::string::npos);
