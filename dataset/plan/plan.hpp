@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "dataset/configuration/configuration.hpp"
+#include "dataset/plan/variants.hpp"
 #include "solvers/mesh/shape_signature.hpp"
 
 namespace carillon::dataset::plan {
@@ -18,19 +19,6 @@ struct FileSurface {
   solvers::mesh::Box bounds;
   double area = 0, volume = 0;  ///< the volume that it encloses
 };
-
-/// A shape made of a material at a size.
-struct Variant {
-  std::string material;  ///< name, or group=name,... for an object of several
-  double size = 1;       ///< factor on every length; of a tuned one as far as it is known
-  bool sounds = true;    ///< samples are made of it; the modes serve the others, too
-  double tune = 0;       ///< pitch that its size gives it [Hz]; 0: its size is given
-  int tune_mode = 1;     ///< mode that is at the pitch, counted from the lowest
-};
-
-/// What tells a variant from others of its material: its size, or its pitch as 440Hz and, where the
-/// mode is not the lowest, 440Hz-mode-2. Part of keys.
-std::string size_name(const Variant& variant);
 
 /// One object: what to mesh, and the variants that ring.
 struct Shape {
@@ -121,16 +109,5 @@ std::string part_of_split(const configuration::BuildConfig& config, const std::s
 
 /// Part of a strike: train, validation or test, held out within its shape.
 std::string split_strike(const configuration::BuildConfig& config, const Shape& shape, int strike);
-
-/// Materials of a variant, by region, with the constants that its shape has drawn.
-/// @throws InputError  an unknown material
-scene::RegionMaterials region_materials(const configuration::BuildConfig& config,
-                                        const Shape& shape, const Variant& variant);
-
-/// The same, one per region of the mesh.
-/// @throws InputError  the mesh's groups and the configuration's do not match
-std::vector<synth::material::Material> variant_materials(const configuration::BuildConfig& config,
-                                                         const Shape& shape, const Variant& variant,
-                                                         const std::vector<std::string>& regions);
 
 }  // namespace carillon::dataset::plan

@@ -72,6 +72,14 @@ std::vector<double> noise_log_odds(const Recognition& recognition, const network
   return scores;
 }
 
+/// Temperature and threshold, from the validation samples' logits.
+void learn_sureness(std::span<const float> validation, std::span<const std::size_t> truth,
+                    std::size_t classes, Recognition& recognition) {
+  recognition.temperature = classification::fit_temperature({doubles(validation), classes}, truth);
+  recognition.threshold = classification::threshold_at(
+      log_odds(validation, classes, recognition.temperature), accepted_fraction);
+}
+
 }  // namespace
 
 Recognition learn_recognition(networks::Learner& learner, learning::SampleSource& source,
@@ -81,17 +89,23 @@ Recognition learn_recognition(networks::Learner& learner, learning::SampleSource
   Recognition recognition;
   recognition.format = source.clip_format().value();
   const std::size_t classes = samples.classes.size();
-  std::vector<float> known(validation.begin(), validation.end());
-  if (known.empty()) {
-    known = learner.predict(source, samples, samples.rows(learning::Part::train), ranks);
+  if (validation.empty()) {
+    const auto known = learner.predict(source, samples, samples.rows(learning::Part::train), ranks);
+    recognition.threshold =
+        classification::threshold_at(log_odds(known, classes, 1), accepted_fraction);
   } else {
-    const std::vector<double> logits = doubles(known);
-    recognition.temperature = classification::fit_temperature(
-        {logits, classes}, labels_of(samples, samples.rows(learning::Part::validation)));
+    learn_sureness(validation, labels_of(samples, samples.rows(learning::Part::validation)),
+                   classes, recognition);
   }
-  recognition.threshold = classification::threshold_at(
-      log_odds(known, classes, recognition.temperature), accepted_fraction);
   return recognition;
+}
+
+double unknown_fraction(std::span<const float> validation, std::span<const std::size_t> truth,
+                        std::span<const float> asked, std::size_t classes) {
+  Recognition recognition;
+  learn_sureness(validation, truth, classes, recognition);
+  return 1 - classification::fraction_reaching(log_odds(asked, classes, recognition.temperature),
+                                               recognition.threshold);
 }
 
 Recognised recognise(const networks::Learner& learner, const Recognition& recognition,

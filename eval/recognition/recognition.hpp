@@ -39,6 +39,12 @@ Recognition learn_recognition(networks::Learner& learner, learning::SampleSource
                               std::span<const float> validation,
                               const networks::LearningRanks& ranks);
 
+/// Fraction of sounds that a network takes for none of its classes.
+/// @param validation, asked  logits of its validation samples and of the sounds, rows x classes
+/// @param truth  class of each validation sample
+double unknown_fraction(std::span<const float> validation, std::span<const std::size_t> truth,
+                        std::span<const float> asked, std::size_t classes);
+
 /// @param preparer  of the recognition's format
 /// @param clip      likewise
 Recognised recognise(const networks::Learner& learner, const Recognition& recognition,

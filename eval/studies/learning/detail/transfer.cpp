@@ -7,8 +7,6 @@
 #include <map>
 
 #include "core/error.hpp"
-#include "eval/classification/calibration.hpp"
-#include "eval/classification/open_set.hpp"
 #include "eval/recognition/recognition.hpp"
 #include "eval/studies/learning/detail/answers.hpp"
 #include "eval/studies/learning/detail/mpi_learning.hpp"
@@ -122,23 +120,6 @@ PartAnswers answers_of(const PartAnswers& part, char source, std::size_t classes
   return own;
 }
 
-/// Fraction of sounds whose likely class is less sure than that of the validation samples that are
-/// taken for known (recognition).
-double unknown_fraction(const PartAnswers& validation, const PartAnswers& asked,
-                        std::size_t classes) {
-  const auto logits = [&](const PartAnswers& part) {
-    return std::vector<double>(part.scores.begin(), part.scores.end());
-  };
-  const std::vector<double> known = logits(validation), unknown = logits(asked);
-  const double temperature =
-      classification::fit_temperature({known, classes}, true_classes(validation));
-  const double threshold =
-      classification::threshold_at(classification::log_odds_scores({known, classes}, temperature),
-                                   recognition::accepted_fraction);
-  return 1 - classification::fraction_reaching(
-                 classification::log_odds_scores({unknown, classes}, temperature), threshold);
-}
-
 bool Run::learn(learning::SampleSource& other, const std::vector<Selection>& selected,
                 const learning::Method& method, TransferRow row) {
   std::unique_ptr<learning::SampleSource> source;
@@ -166,7 +147,9 @@ bool Run::learn(learning::SampleSource& other, const std::vector<Selection>& sel
       there.add(target, answers.classes);
       if (learning::only_hears(method) && answers.classes.size() > 1 && target.samples() > 0 &&
           answers.validation.samples() > 0) {
-        unknown.push_back(unknown_fraction(answers.validation, target, answers.classes.size()));
+        unknown.push_back(recognition::unknown_fraction(answers.validation.scores,
+                                                        true_classes(answers.validation),
+                                                        target.scores, answers.classes.size()));
       }
       row.samples = end.record.train_samples;
     });
@@ -288,8 +271,8 @@ void Run::require_enough() {
   });
 }
 
-/// Few samples are met as much more often: as many steps as of all of them. (The rate of support
-/// vector machines falls with the epochs.)
+/// Few samples are met as much more often: as many steps as of all of them. (Others know no
+/// epochs.)
 void take_steps_of(std::size_t all, std::size_t few, learning::Method& method) {
   if (method.kind != learning::MethodKind::network) return;
   const auto steps = [&](std::size_t samples) {
