@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "core/json.hpp"
 
@@ -47,10 +48,15 @@ std::int64_t best_of(const std::vector<Epoch>& epochs) {
 
 bool ends_after(const std::vector<Epoch>& epochs, const LearningOptions& options) {
   const auto made = static_cast<std::int64_t>(epochs.size());
-  return made >= options.epochs || made - best_of(epochs) >= options.patience;
+  if (made >= options.epochs) return true;
+  return options.schedule == Schedule::plateau && made - best_of(epochs) >= options.patience;
 }
 
 double learning_rate_after(const std::vector<Epoch>& epochs, const LearningOptions& options) {
+  if (options.schedule == Schedule::cosine) {
+    const double made = static_cast<double>(epochs.size()) / static_cast<double>(options.epochs);
+    return options.learning_rate * (1 + std::cos(std::numbers::pi * made)) / 2;
+  }
   const std::int64_t half = std::max<std::int64_t>(1, options.patience / 2);
   double rate = options.learning_rate, minimum = std::numeric_limits<double>::infinity();
   std::int64_t since = 0;

@@ -30,7 +30,7 @@ std::int64_t best_of(const std::vector<Epoch>& epochs);
 /// Whether training ends after these epochs.
 bool ends_after(const std::vector<Epoch>& epochs, const LearningOptions& options);
 
-/// Of the next epoch: a third after each half of the patience without a better validation loss.
+/// Of the next epoch, as the options' schedule says.
 /// Depends on the epochs alone, so that a training that is resumed goes on as it would have.
 double learning_rate_after(const std::vector<Epoch>& epochs, const LearningOptions& options);
 

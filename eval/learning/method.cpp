@@ -64,6 +64,10 @@ std::string_view name_of(Device device) {
   return "";
 }
 
+std::string_view name_of(Schedule schedule) {
+  return schedule == Schedule::plateau ? "plateau" : "cosine";
+}
+
 Device device_named(const std::string& name) {
   for (const Device device : all_devices) {
     if (name_of(device) == name) return device;
@@ -136,8 +140,10 @@ nlohmann::ordered_json to_json(const Method& method) {
                       {"patience", learning.patience},
                       {"batch", learning.batch},
                       {"learning_rate", learning.learning_rate},
+                      {"schedule", name_of(learning.schedule)},
                       {"weight_decay", learning.weight_decay},
                       {"outliers", learning.outliers},
+                      {"equaliser_db", learning.equaliser},
                       {"seed", learning.seed},
                       {"memory", learning.memory}};
   return json;
@@ -188,8 +194,10 @@ Method method_from(const nlohmann::json& json) {
                      .patience = learning.at("patience"),
                      .batch = learning.at("batch"),
                      .learning_rate = learning.at("learning_rate"),
+                     .schedule = named(all_schedules, learning.value("schedule", "plateau")),
                      .weight_decay = learning.at("weight_decay"),
                      .outliers = learning.at("outliers"),
+                     .equaliser = learning.value("equaliser_db", 0.0),
                      .seed = learning.at("seed"),
                      .memory = learning.at("memory")};
   return method;

@@ -53,15 +53,23 @@ enum class Device {
   cuda
 };
 
+/// How the learning rate falls.
+enum class Schedule {
+  plateau,  ///< to a third after each half of the patience without a better validation loss
+  cosine    ///< along half a cosine over all epochs (Loshchilov and Hutter 2017, eq. 5)
+};
+
 /// How the numbers of a network are found.
 struct LearningOptions {
   std::int64_t epochs = 60;     ///< at most
-  std::int64_t patience = 8;    ///< epochs without a better validation loss, then it ends
+  std::int64_t patience = 8;    ///< epochs without a better validation loss, then a plateau ends
   std::int64_t batch = 64;      ///< samples of a step, over all ranks
-  double learning_rate = 1e-3;  ///< of Adam; a third of it after each half of the patience
+  double learning_rate = 1e-3;  ///< of Adam, the first
+  Schedule schedule = Schedule::plateau;
   double weight_decay = 1e-4;
   /// Weight of the loss on sounds of no class, for networks that only hear; 0: they meet none.
   double outliers = 0.5;
+  double equaliser = 0;          ///< greatest gain of spectrograms' bands while it learns [dB]
   std::uint64_t seed = 0;        ///< of the first weights, the order of samples and dropout
   double memory = 2147483648.0;  ///< of a rank for samples [B]; more than fits is read every epoch
   Device device = Device::automatic;  ///< of no training's name: another gives nearly the same
@@ -88,6 +96,7 @@ std::string_view name_of(Branch branch);
 std::string_view name_of(Fusion fusion);
 std::string_view name_of(MethodKind kind);
 std::string_view name_of(Device device);
+std::string_view name_of(Schedule schedule);
 /// @throws InputError  none of `auto`, `cpu` and `cuda`
 Device device_named(const std::string& name);
 Modality modality_of(Branch branch);
@@ -97,6 +106,7 @@ inline constexpr Branch all_branches[] = {Branch::isnn,   Branch::soundnet5, Bra
 inline constexpr Fusion all_fusions[] = {Fusion::concatenate, Fusion::add, Fusion::multiply,
                                          Fusion::bilinear};
 inline constexpr Device all_devices[] = {Device::automatic, Device::cpu, Device::cuda};
+inline constexpr Schedule all_schedules[] = {Schedule::plateau, Schedule::cosine};
 inline constexpr MethodKind all_method_kinds[] = {
     MethodKind::network, MethodKind::nearest_neighbour, MethodKind::linear_svm};
 

@@ -10,6 +10,7 @@
 #include "core/error.hpp"
 #include "core/random.hpp"
 #include "eval/learning/sealed_file.hpp"
+#include "eval/networks/detail/equaliser.hpp"
 #include "eval/networks/detail/layer_table.hpp"
 #include "eval/networks/detail/learner_state.hpp"
 #include "eval/networks/detail/portable_weights.hpp"
@@ -57,6 +58,12 @@ Tally Learner::State::look_at(learning::Batch& batch,
   const torch::Tensor labels = torch::from_blob(
       batch.labels.data(), {static_cast<std::int64_t>(batch.labels.size())}, torch::kInt64);
   std::vector<torch::Tensor> modalities = tensors_of(batch, layouts);
+  if (learn && method.learning.equaliser > 0) {
+    for (std::size_t s = 0; s < modalities.size(); ++s) {
+      if (method.modalities[s] == learning::Modality::spectrogram)
+        modalities[s] = equalised(modalities[s], method.spectrogram, method.learning.equaliser);
+    }
+  }
   const bool unsure = learn && outliers;
   if (unsure) {
     // In one pass: what a layer normalises is the same mixture that its running statistics are of.
@@ -190,6 +197,36 @@ std::vector<float> Learner::exciting_input(std::size_t class_number, std::span<c
   }
   const torch::Tensor found = input.detach().to(torch::kCPU).contiguous();
   return {found.data_ptr<float>(), found.data_ptr<float>() + found.numel()};
+}
+
+Learner::Activations Learner::first_activations(const std::vector<float>& spectrogram) const {
+  const learning::Method& method = state_->method;
+  if (method.modalities != std::vector{learning::Modality::spectrogram} ||
+      method.branches != std::vector{learning::Branch::isnn}) {
+    throw core::InputError(
+        fmt::format("{} does not begin with a convolution of spectrograms alone", method.name));
+  }
+  const learning::ModalityExtent& extent = state_->extents.front();
+  if (spectrogram.size() != learning::values_in(extent)) {
+    throw core::InputError(fmt::format("{} values for an input of {}", spectrogram.size(),
+                                       learning::values_in(extent)));
+  }
+  const torch::NoGradGuard no_gradient;
+  torch::Tensor activations =
+      torch::tensor(spectrogram).view({1, extent[0], extent[1], extent[2]}).to(state_->device);
+  for (const auto& layer : state_->classifier->modules(false)) {
+    if (auto* convolution = layer->as<torch::nn::Conv2d>()) {
+      activations = torch::relu(convolution->forward(activations)).to(torch::kCPU).contiguous();
+      break;
+    }
+  }
+  const auto size = [&](std::int64_t axis) {
+    return static_cast<std::size_t>(activations.size(axis));
+  };
+  return {size(1),
+          size(2),
+          size(3),
+          {activations.data_ptr<float>(), activations.data_ptr<float>() + activations.numel()}};
 }
 
 void Learner::save(const std::filesystem::path& path) const {

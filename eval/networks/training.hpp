@@ -99,6 +99,15 @@ class Learner {
   std::vector<float> exciting_input(std::size_t class_number, std::span<const float> start,
                                     double mean_square) const;
 
+  /// What the filters of a spectrogram's first convolution make of a sound, before the maximum.
+  struct Activations {
+    std::size_t filters = 0, bands = 0, frames = 0;  ///< where the kernel fits
+    std::vector<float> values;                       ///< filters x bands x frames, 0 or more
+  };
+  /// @param spectrogram  prepared
+  /// @throws InputError  the network does not begin with such a convolution, or has another extent
+  Activations first_activations(const std::vector<float>& spectrogram) const;
+
   /// What is kept of a trained classifier.
   void save(const std::filesystem::path& path) const;
   /// The same for other programs: model.safetensors with weights and a table of layers, model.pt as

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
 #include "core/error.hpp"
 #include "synth/signal/real_fft.hpp"
@@ -180,6 +181,20 @@ MelExtent mel_extent(std::size_t count, const MelOptions& options) {
   }
   return {options.resized_bands > 0 ? options.resized_bands : options.bands,
           options.resized_frames > 0 ? options.resized_frames : frames};
+}
+
+std::vector<double> mel_band_centers(const MelOptions& options) {
+  const std::vector<double> edge = band_edges(checked(options));
+  const std::vector<double> peaks(edge.begin() + 1, edge.end() - 1);
+  if (options.resized_bands == 0) return peaks;
+  std::vector<double> centers;
+  for (const Covered& covered :
+       covered_cells(peaks.size(), static_cast<std::size_t>(options.resized_bands))) {
+    centers.push_back(std::inner_product(covered.weights.begin(), covered.weights.end(),
+                                         peaks.begin() + static_cast<std::ptrdiff_t>(covered.first),
+                                         0.0));
+  }
+  return centers;
 }
 
 int empty_mel_bands(const MelOptions& options) {

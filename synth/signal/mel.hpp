@@ -31,6 +31,11 @@ struct MelExtent {
 /// @throws InputError  impossible options, as MelSpectrogram; fewer frames than resized ones
 MelExtent mel_extent(std::size_t count, const MelOptions& options);
 
+/// Where bands lie [Hz], as many as mel_extent has: the peaks of the triangles; of resized bands
+/// the means of the peaks that they cover.
+/// @throws InputError  impossible options, as MelSpectrogram
+std::vector<double> mel_band_centers(const MelOptions& options);
+
 /// Bands whose triangle holds no bin of the FFT: they would be silent whatever sounds.
 /// @throws InputError  impossible options, as MelSpectrogram, but for such bands
 int empty_mel_bands(const MelOptions& options);

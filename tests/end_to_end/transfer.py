@@ -6,6 +6,7 @@ import unittest
 
 import h5py
 import numpy
+from scipy.signal import correlate2d
 from browser import expect_report
 from estimate import write_wav
 from program import FolderTest, run, run_json
@@ -41,6 +42,16 @@ evaluate:
   transfer: {target_dataset: noisy, mixes: {mixed_with: clean, fractions: [0, 0.25, 1]}}
   spectrograms: {max_sounds: 60}
 """
+
+
+def read_safetensors(path):
+    data = path.read_bytes()
+    begin = 8 + int.from_bytes(data[:8], "little")
+    header = json.loads(data[8:begin])
+    table = json.loads(header.pop("__metadata__")["carillon"])
+    return table, {name: numpy.frombuffer(
+        data[begin + one["data_offsets"][0]:begin + one["data_offsets"][1]],
+        "float32").reshape(one["shape"]) for name, one in header.items()}
 
 
 class Transfer(FolderTest):
@@ -161,6 +172,24 @@ class Transfer(FolderTest):
             picture = numpy.array(component["picture"]).ravel()
             along = values @ picture
             numpy.testing.assert_allclose(along, component["coordinates"], atol=0.02)
+
+    def test_activations_are_the_convolution_of_the_sound(self):
+        for dataset in self.spectrograms["datasets"]:
+            self.assertEqual(len(dataset["band_hz"]), 32)
+            self.assertGreater(dataset["seconds"], 0)
+            found = dataset["activations"]
+            sound = numpy.array(found["spectrogram"])
+            path = next(self.output.glob(f"evaluation/models/*{dataset['name']}*/"
+                                         "*/isnn-a/*/model.safetensors"))
+            table, weights = read_safetensors(path)
+            layer = next(layer for layer in table["branches"][0] if "weight" in layer)
+            weight, bias = weights[layer["weight"]], weights[layer["bias"]]
+            self.assertGreater(len(found["filters"]), 1)
+            for one in found["filters"]:
+                kernel = weight[one["filter"], 0]
+                expected = correlate2d(sound, kernel, mode="valid") + bias[one["filter"]]
+                numpy.testing.assert_allclose(one["picture"], numpy.maximum(expected, 0),
+                                              atol=0.01)
 
     def test_excites_its_class(self):
         for dataset in self.spectrograms["datasets"]:

@@ -189,6 +189,35 @@ TEST(MelSpectrogram, IsMadeSmallerByMeansOfWhatEachCellCovers) {
   EXPECT_THROW(signal::MelSpectrogram{options}(std::span(clip).first(20000)), core::InputError);
 }
 
+TEST(MelBands, LieWhereATonesBandIsTheLoudest) {
+  signal::MelOptions options;
+  options.bands = 40;
+  const std::vector<double> centers = signal::mel_band_centers(options);
+  ASSERT_EQ(centers.size(), 40U);
+  // Slaney's scale: 27.5 mel or 2205 Hz and so on, of 41 equal steps up to that of 22,050 Hz.
+  const double step = (15 + 27 * std::log(22.05) / std::log(6.4)) / 41;
+  EXPECT_NEAR(centers[0], step * 200 / 3, 1e-9);
+  EXPECT_NEAR(centers[39],
+              1000 * std::exp((40 - 1 - (15 - step) / step) * step * std::log(6.4) / 27), 1e-6);
+  const signal::MelSpectrogram mel(options);
+  for (const std::size_t band : {9U, 20U, 33U}) {
+    std::vector<float> clip(8192);
+    for (std::size_t n = 0; n < clip.size(); ++n)
+      clip[n] =
+          static_cast<float>(std::sin(2 * pi * centers[band] * static_cast<double>(n) / 44100));
+    const std::vector<float> cells = mel(clip);
+    const std::size_t frames = cells.size() / 40;
+    std::size_t loudest = 0;
+    for (std::size_t b = 0; b < 40; ++b)
+      if (cells[b * frames + 2] > cells[loudest * frames + 2]) loudest = b;
+    EXPECT_EQ(loudest, band);
+  }
+  options.resized_bands = 20;
+  const std::vector<double> fewer = signal::mel_band_centers(options);
+  ASSERT_EQ(fewer.size(), 20U);
+  EXPECT_NEAR(fewer[3], (centers[6] + centers[7]) / 2, 1e-9);
+}
+
 TEST(MelSpectrogram, RefusesBandsThatHoldNoBinAndNamesWhatIsResolved) {
   signal::MelOptions options;
   options.fft_size = 512;

@@ -1,5 +1,8 @@
 #include "eval/networks/detail/outliers.hpp"
 
+#include <algorithm>
+#include <cmath>
+
 #include "core/random.hpp"
 #include "synth/recording/noise_generators.hpp"
 
@@ -7,11 +10,52 @@ namespace carillon::eval::networks {
 
 namespace {
 
-/// Kinds of noise that are learnt from; brown noise and babble are kept for the trial.
-constexpr synth::recording::NoiseKind learnt_kinds[] = {synth::recording::NoiseKind::white,
-                                                        synth::recording::NoiseKind::pink,
-                                                        synth::recording::NoiseKind::hum};
-constexpr std::size_t of_each_kind = 200;
+constexpr std::size_t coloured_noises = 450, hums = 150;
+
+torch::Tensor normals(std::int64_t count, core::RandomStream& random) {
+  torch::Tensor values = torch::empty({count}, torch::kFloat64);
+  random.normals({values.data_ptr<double>(), static_cast<std::size_t>(count)});
+  return values;
+}
+
+/// Straight between so many normal values of a deviation, from the first to the last of `count`.
+torch::Tensor drawn_curve(std::int64_t knots, std::int64_t count, double deviation,
+                          core::RandomStream& random) {
+  namespace functional = torch::nn::functional;
+  return functional::interpolate(deviation * normals(knots, random).view({1, 1, knots}),
+                                 functional::InterpolateFuncOptions()
+                                     .size(std::vector<std::int64_t>{count})
+                                     .mode(torch::kLinear)
+                                     .align_corners(true))
+      .view({count});
+}
+
+/// Noise of a drawn colour: from a drawn corner on it falls by up to 15 dB per octave, or rises by
+/// 3, with hills and valleys of 6 dB; three of four swell and fade some times a second, by 2 to
+/// 12 dB.
+std::vector<double> coloured_noise(std::size_t samples, double sample_rate,
+                                   core::RandomStream& random) {
+  const auto count = static_cast<std::int64_t>(samples);
+  const std::int64_t lines = count / 2 + 1;
+  const double line = sample_rate / static_cast<double>(count);
+  const torch::Tensor octaves =  // above 20 Hz
+      (torch::arange(lines, torch::kFloat64) * line).clamp_min(20.0).div(20.0).log2();
+  const double corner = random.uniform(0, 7.5);
+  torch::Tensor level = random.uniform(-15, 3) * (octaves - corner).clamp_min(0);  // [dB]
+  const torch::Tensor hills = drawn_curve(12, 1000, 6, random);
+  level += hills.index({(octaves / octaves[-1] * 999).to(torch::kInt64)});
+  const double decibels = std::log(10.0) / 20;
+  torch::Tensor noise = torch::fft::irfft(
+      torch::fft::rfft(normals(count, random)) * torch::exp(level * decibels), count);
+  if (random.uniform() < 0.75) {
+    const double seconds = static_cast<double>(samples) / sample_rate;
+    const auto knots = static_cast<std::int64_t>(2 + std::ceil(seconds * random.uniform(2, 12)));
+    const double depth = random.uniform(2, 12);
+    noise = noise * torch::exp(drawn_curve(knots, count, depth, random) * decibels);
+  }
+  noise = noise.contiguous();
+  return {noise.data_ptr<double>(), noise.data_ptr<double>() + count};
+}
 
 /// Of each a mix has no less and no more than so.
 constexpr double min_fraction = 0.2, greatest_fraction = 0.8;
@@ -48,27 +92,28 @@ Outliers::Outliers(const learning::Method& method, const learning::ClipFormat& f
   const learning::ClipPreparer preparer(format);
   for (const learning::Modality modality : method.modalities) {
     const learning::ModalityExtent extent = preparer.extent(modality);
-    std::vector<std::int64_t> all = {
-        static_cast<std::int64_t>(of_each_kind * std::size(learnt_kinds))};
+    std::vector<std::int64_t> all = {static_cast<std::int64_t>(coloured_noises + hums)};
     all.insert(all.end(), extent.begin(), extent.end());
     noises_.push_back(torch::zeros(all));
   }
-  std::int64_t row = 0;
-  for (const synth::recording::NoiseKind kind : learnt_kinds) {
-    for (std::size_t i = 0; i < of_each_kind; ++i, ++row) {
-      core::RandomStream random(
-          1, i, synth::recording::noise_kind_names().at(static_cast<std::size_t>(kind)));
-      const auto noise =
-          synth::recording::generate_noise(kind, format.samples, format.sample_rate(), random);
-      const std::vector<float> clip(noise.begin(), noise.end());
-      for (std::size_t s = 0; s < method.modalities.size(); ++s) {
-        torch::Tensor values = noises_[s][row];
-        const std::span<float> input(values.data_ptr<float>(),
-                                     static_cast<std::size_t>(values.numel()));
-        preparer.prepare(method.modalities[s], clip, input);
-        if (method.modalities[s] == learning::Modality::spectrogram)
-          method.spectrogram.apply(input);
-      }
+  for (std::size_t i = 0; i < coloured_noises + hums; ++i) {
+    core::RandomStream random(1, i, "outliers");
+    // As a recording would be: longer than the clip, cut where something begins.
+    core::AudioClip recording;
+    recording.sample_rate = static_cast<int>(std::lround(format.sample_rate()));
+    const std::vector<double> noise =
+        i < coloured_noises
+            ? coloured_noise(2 * format.samples, format.sample_rate(), random)
+            : synth::recording::generate_noise(synth::recording::NoiseKind::hum, 2 * format.samples,
+                                               format.sample_rate(), random);
+    recording.samples.assign(noise.begin(), noise.end());
+    const std::vector<float> clip = learning::strike_clip(recording, format);
+    for (std::size_t s = 0; s < method.modalities.size(); ++s) {
+      torch::Tensor values = noises_[s][static_cast<std::int64_t>(i)];
+      const std::span<float> input(values.data_ptr<float>(),
+                                   static_cast<std::size_t>(values.numel()));
+      preparer.prepare(method.modalities[s], clip, input);
+      if (method.modalities[s] == learning::Modality::spectrogram) method.spectrogram.apply(input);
     }
   }
 }

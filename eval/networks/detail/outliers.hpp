@@ -10,7 +10,8 @@
 namespace carillon::eval::networks {
 
 /// Sounds of none of the classes, which a network that hears learns to be unsure of (outlier
-/// exposure, Hendrycks, Mazeika and Dietterich 2019, eq. 1): noises, and the lower part of one
+/// exposure, Hendrycks, Mazeika and Dietterich 2019, eq. 1): noises of drawn colours, even or
+/// swelling and fading, and mains hum, each from its loudest onset on; and the lower part of one
 /// class's sound with the upper part of another's, alike to sounds of objects that it does not
 /// know.
 class Outliers {

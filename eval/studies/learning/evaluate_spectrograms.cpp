@@ -39,7 +39,19 @@ ordered_json to_json(const DatasetSpectrograms& dataset, const std::string& colo
   for (const auto& [name, values] : dataset.exciting) {
     exciting.push_back({{"class", name}, {"picture", picture(values, dataset.bands)}});
   }
+  ordered_json filters = ordered_json::array();
+  const DatasetSpectrograms::Activations& activations = dataset.activations;
+  for (const auto& [number, values] : activations.filters) {
+    filters.push_back({{"filter", number}, {"picture", picture(values, activations.bands)}});
+  }
   return {{"name", dataset.name},
+          {"band_hz", dataset.band_hz},
+          {"seconds", core::number_or_null(dataset.seconds)},
+          {"activations",
+           {{"key", dataset.keys[activations.sound]},
+            {"label", dataset.labels[activations.sound]},
+            {"spectrogram", picture(activations.spectrogram, dataset.bands)},
+            {"filters", std::move(filters)}}},
           {"components",
            {{"sounds", dataset.keys.size()},
             {"color", color},

@@ -60,6 +60,9 @@ void read_steps(ConfigNode& node, learning::LearningOptions& learning) {
   learning.epochs = node.integer("epochs", 1, many, learning.epochs);
   learning.patience = node.integer("patience", 1, many, learning.patience);
   learning.batch = node.integer("batch", 1, many, learning.batch);
+  learning.schedule =
+      named(learning::all_schedules, node.choice("schedule", names_of(learning::all_schedules),
+                                                 std::string(name_of(learning.schedule))));
 }
 
 /// Whole numbers of each convolution; pairs of bands and frames where there are two of each.
@@ -145,12 +148,13 @@ void read_sizes(ConfigNode& node, learning::Method& method) {
   }
 }
 
-/// Of methods that get one.
+bool gets_spectrograms(const learning::Method& method) {
+  return std::find(method.modalities.begin(), method.modalities.end(),
+                   learning::Modality::spectrogram) != method.modalities.end();
+}
+
 void read_spectrogram(ConfigNode& node, learning::Method& method) {
-  if (std::find(method.modalities.begin(), method.modalities.end(),
-                learning::Modality::spectrogram) == method.modalities.end()) {
-    return;
-  }
+  if (!gets_spectrograms(method)) return;
   learning::SpectrogramInput& input = method.spectrogram;
   input.scale = named(learning::all_spectrogram_scales,
                       node.choice("scale", names_of(learning::all_spectrogram_scales),
@@ -215,6 +219,10 @@ learning::Method read_method(ConfigNode& node, const std::string& name,
       node.positive("learning_rate", Dimension::none, method.learning.learning_rate);
   method.learning.weight_decay =
       node.not_negative("weight_decay", Dimension::none, method.learning.weight_decay);
+  if (gets_spectrograms(method)) {
+    method.learning.equaliser =
+        node.not_negative("equaliser", Dimension::level, method.learning.equaliser);
+  }
   if (learning::only_hears(method)) {
     method.learning.outliers =
         node.not_negative("outliers", Dimension::none, method.learning.outliers);

@@ -171,5 +171,18 @@ TEST(Epochs, LowerTheLearningRateWhereNothingGetsBetter) {
   EXPECT_DOUBLE_EQ(learning::learning_rate_after(epochs, options), 0.3);
 }
 
+TEST(Epochs, FollowHalfACosineToTheLastWhateverTheLossIs) {
+  const learning::LearningOptions options{
+      .epochs = 4, .patience = 1, .learning_rate = 0.8, .schedule = learning::Schedule::cosine};
+  std::vector<learning::Epoch> epochs;
+  const double expected[] = {0.8, 0.4 * (1 + std::sqrt(0.5)), 0.4, 0.4 * (1 - std::sqrt(0.5))};
+  for (const double rate : expected) {
+    EXPECT_FALSE(learning::ends_after(epochs, options));
+    EXPECT_NEAR(learning::learning_rate_after(epochs, options), rate, 1e-15);
+    epochs.push_back(epoch_of(static_cast<std::int64_t>(epochs.size()) + 1, 3));
+  }
+  EXPECT_TRUE(learning::ends_after(epochs, options));
+}
+
 }  // namespace
 }  // namespace carillon::eval

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -18,6 +19,8 @@ using core::ConfigNode;
 namespace {
 
 constexpr std::size_t components = 2;
+/// Filters whose activations are shown (Sterling 2019, Fig. 6.6).
+constexpr std::size_t shown_filters = 5;
 
 bool sees_spectrograms_alone(const learning::Method& method) {
   return method.kind == learning::MethodKind::network && method.branches.size() == 1 &&
@@ -71,6 +74,10 @@ void find_components(const SpectrogramStudy& study, learning::SampleSource& sour
   for (const double value : values)
     dataset.mean_square += value * value / static_cast<double>(values.size());
   dataset.bands = static_cast<std::size_t>(layout.extent[1]);
+  if (const std::optional<learning::ClipFormat> format = source.clip_format()) {
+    dataset.band_hz = synth::signal::mel_band_centers(format->mel);
+    dataset.seconds = static_cast<double>(format->samples) / format->sample_rate();
+  }
   dataset.mean = rounded(std::span(found.mean));
   for (std::size_t k = 0; k < found.fractions.size(); ++k) {
     std::vector<double> along;
@@ -84,8 +91,66 @@ void find_components(const SpectrogramStudy& study, learning::SampleSource& sour
   }
 }
 
-void find_exciting(const TrainedClassifier& trained, DatasetSpectrograms& dataset) {
-  const networks::Learner learner = networks::Learner::load(trained.job.folder / "model");
+/// Number of the sound that is next to the mean along the components.
+std::size_t middle_sound(const DatasetSpectrograms& dataset) {
+  const auto away = [&](std::size_t sound) {
+    double square = 0;
+    for (const DatasetSpectrograms::Component& component : dataset.components)
+      square += component.coordinates[sound] * component.coordinates[sound];
+    return square;
+  };
+  std::size_t middle = 0;
+  for (std::size_t i = 1; i < dataset.keys.size(); ++i)
+    if (away(i) < away(middle)) middle = i;
+  return middle;
+}
+
+/// The filter with the largest activations, then always the one least alike to those chosen, of
+/// those excited a tenth as much.
+std::vector<std::size_t> unlike_filters(const networks::Learner::Activations& of) {
+  const auto cells = static_cast<Eigen::Index>(of.bands * of.frames);
+  const Eigen::Map<const Eigen::MatrixXf> values(of.values.data(), cells,
+                                                 static_cast<Eigen::Index>(of.filters));
+  const Eigen::VectorXf strength = values.colwise().norm();
+  Eigen::Index strongest = 0;
+  const float largest = strength.maxCoeff(&strongest);
+  std::vector<std::size_t> chosen;
+  Eigen::VectorXf alike = Eigen::VectorXf::Zero(strength.size());  // largest cosine to the chosen
+  for (Eigen::Index next = strongest; next >= 0 && largest > 0 && chosen.size() < shown_filters;) {
+    chosen.push_back(static_cast<std::size_t>(next));
+    const Eigen::VectorXf direction = values.col(next) / strength[next];
+    alike[next] = 2;
+    next = -1;
+    for (Eigen::Index i = 0; i < strength.size(); ++i) {
+      if (alike[i] > 1 || strength[i] < largest / 10) continue;
+      alike[i] = std::max(alike[i], std::min(1.0F, values.col(i).dot(direction) / strength[i]));
+      if (next < 0 || alike[i] < alike[next]) next = i;
+    }
+  }
+  return chosen;
+}
+
+void find_activations(const networks::Learner& learner, const SpectrogramStudy& study,
+                      learning::SampleSource& source, DatasetSpectrograms& dataset) {
+  DatasetSpectrograms::Activations& found = dataset.activations;
+  found.sound = middle_sound(dataset);
+  const std::vector<std::string> keys = source.keys();
+  const auto row = static_cast<std::uint32_t>(
+      std::find(keys.begin(), keys.end(), dataset.keys[found.sound]) - keys.begin());
+  std::vector<float> read(dataset.mean.size());
+  source.read(learning::Modality::spectrogram, {&row, 1}, read);
+  study.method.spectrogram.apply(read);
+  found.spectrogram = rounded(std::span<const float>(read));
+  const networks::Learner::Activations all = learner.first_activations(read);
+  found.bands = all.bands;
+  const std::size_t cells = all.bands * all.frames;
+  for (const std::size_t filter : unlike_filters(all)) {
+    found.filters.push_back(
+        {filter, rounded(std::span(all.values).subspan(filter * cells, cells))});
+  }
+}
+
+void find_exciting(const networks::Learner& learner, DatasetSpectrograms& dataset) {
   const std::vector<float> mean(dataset.mean.begin(), dataset.mean.end());
   for (std::size_t c = 0; c < learner.classes().size(); ++c) {
     const std::vector<float> input = learner.exciting_input(c, mean, dataset.mean_square);
@@ -138,7 +203,9 @@ std::optional<std::vector<DatasetSpectrograms>> study_spectrograms(
       DatasetSpectrograms& dataset = found.emplace_back();
       dataset.name = source.name;
       find_components(study, *source.samples, dataset);
-      find_exciting(trained, dataset);
+      const networks::Learner learner = networks::Learner::load(trained.job.folder / "model");
+      find_activations(learner, study, *source.samples, dataset);
+      find_exciting(learner, dataset);
     }
   });
   return found;

@@ -22,11 +22,14 @@ struct SpectrogramStudy {
 SpectrogramStudy read_spectrogram_study(core::ConfigNode& node, core::ConfigNode& root,
                                         const std::string& file);
 
-/// Of one dataset two principal components of its sounds, and of every class the spectrogram that
-/// excites it most. Pictures are bands x frames, as many bands as `bands` says.
+/// Of one dataset two principal components of its sounds, what the filters of the network's first
+/// convolution make of one, and of every class the spectrogram that excites it most. Pictures are
+/// bands x frames, as many bands as `bands` says.
 struct DatasetSpectrograms {
   std::string name;
   std::size_t bands = 0;
+  std::vector<double> band_hz;            ///< of each band its middle; empty where it is not known
+  double seconds = core::nan;             ///< of the clips; NaN where it is not known
   std::vector<std::string> keys, labels;  ///< of the sounds
   std::vector<double> mean;               ///< picture
   double mean_square = 0;
@@ -37,6 +40,19 @@ struct DatasetSpectrograms {
     std::vector<double> coordinates;  ///< of each sound
   };
   std::vector<Component> components;
+  /// Of filters that differ: first the one that is excited most, then always the one that is least
+  /// alike to those before, of those excited a tenth as much.
+  struct Activations {
+    std::size_t sound = 0;            ///< number of the sound, the one next to the components' mean
+    std::vector<double> spectrogram;  ///< picture
+    std::size_t bands = 0;            ///< of the filters' pictures: where their kernel fits
+    struct Filter {
+      std::size_t number = 0;
+      std::vector<double> picture;
+    };
+    std::vector<Filter> filters;
+  };
+  Activations activations;
   struct Exciting {
     std::string name;  ///< of the class
     std::vector<double> picture;
