@@ -66,7 +66,7 @@ ShownObject shown_object(const GltfOptions& options, int modes, const Context& c
   }
   // The axisymmetric solver has no tetrahedra, and one region.
   if (!shown.object.mesh.mesh.faces.empty())
-    shown.regions = dataset::exporters::face_regions(shown.object.mesh.mesh);
+    shown.regions = solvers::mesh::face_regions(shown.object.mesh.mesh);
   return shown;
 }
 

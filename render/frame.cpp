@@ -108,8 +108,8 @@ class FrameRenderer {
   }
 
   core::Image draw(const ShadingMesh& mesh, const View& view, const Camera& camera,
-                   const Appearance& appearance) {
-    const DrawableMesh body(mesh, appearance.colours);
+                   const Appearance& appearance, const FaceLooks& parts) {
+    const DrawableMesh body(mesh, appearance.colours, parts.of_faces);
     std::array<Vec3, 3> direction;
     for (std::size_t i = 0; i < 3; ++i) {
       direction[i] = view.axes.transpose() * lights[i].direction.normalized();
@@ -143,13 +143,16 @@ class FrameRenderer {
     set_matrix(body_program_, "clip_from_body", view.clip_from_body);
     set_matrix(body_program_, "light_from_body", light);
     set_vector(body_program_, "eye", view.distance * view.axes.row(2).transpose());
-    set_appearance(body_program_, appearance, grain_place(mesh, appearance));
     for (std::size_t i = 0; i < 3; ++i) {
       set_vector(body_program_, fmt::format("light_direction[{}]", i), direction[i]);
       set_vector(body_program_, fmt::format("light_color[{}]", i), lights[i].color);
     }
     glBindTexture(GL_TEXTURE_2D, shadows_.texture());
-    body.draw();
+    for (std::size_t part = 0; part < body.parts(); ++part) {
+      const Appearance& look = part == 0 ? appearance : parts.others[part - 1];
+      set_appearance(body_program_, look, grain_place(mesh, look));
+      body.draw_part(part);
+    }
     core::Image image = read_picture(camera.width, camera.height, samples);
     check_gl("drawing");
     return image;
@@ -175,24 +178,24 @@ class FrameRenderer {
 
 std::vector<core::Image> render_frames(const solvers::mesh::SurfaceMesh& mesh,
                                        std::span<const Camera> cameras,
-                                       const Appearance& appearance) {
+                                       const Appearance& appearance, const FaceLooks& parts) {
   for (const Camera& camera : cameras) check_camera(camera);
-  looks::check(appearance);
   const BoundingBall ball = bounding_ball(mesh);
-  check_colours(appearance, mesh);
+  check_looks(appearance, parts, mesh);
   const ShadingMesh body = shading_mesh(mesh, ball, default_crease_angle);
   // Compiling the shaders takes longer than a picture; a context belongs to its thread.
   thread_local FrameRenderer renderer;
   std::vector<core::Image> images;
   for (const Camera& camera : cameras) {
-    images.push_back(renderer.draw(body, make_view(camera, ball.radius), camera, appearance));
+    images.push_back(
+        renderer.draw(body, make_view(camera, ball.radius), camera, appearance, parts));
   }
   return images;
 }
 
 core::Image render_frame(const solvers::mesh::SurfaceMesh& mesh, const Camera& camera,
-                         const Appearance& appearance) {
-  return render_frames(mesh, {&camera, 1}, appearance).front();
+                         const Appearance& appearance, const FaceLooks& parts) {
+  return render_frames(mesh, {&camera, 1}, appearance, parts).front();
 }
 
 }  // namespace carillon::render

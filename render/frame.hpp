@@ -13,6 +13,7 @@ namespace carillon::render {
 
 using looks::Appearance;
 using looks::appearance_of;
+using looks::FaceLooks;
 
 /// What pictures are drawn with, off screen: "osmesa" or "egl"; "none" in a build with
 /// -DCARILLON_RENDER=OFF, where whatever draws throws an Error that says so.
@@ -38,15 +39,14 @@ struct Camera {
 /// GGX). Three channels, sRGB, nine samples a pixel averaged in linear light. Faces that meet at
 /// more than 40 degrees keep their edge, others are shaded smoothly. The same input gives the same
 /// bytes. The OpenGL context is made at the first picture of each thread and kept.
-/// @throws InputError   no faces or extent, a camera or appearance out of range, or colours that
-/// are
-///                      not as many as vertices
+/// @throws InputError   no faces or extent, a camera or appearance out of range, colours that are
+///                      not as many as vertices, or looks of faces that are not as many as these
 /// @throws core::Error  no OpenGL 3.3 context can be made
 core::Image render_frame(const solvers::mesh::SurfaceMesh& mesh, const Camera& camera,
-                         const Appearance& appearance);
+                         const Appearance& appearance, const FaceLooks& parts = {});
 /// The same from several places, one picture for each.
 std::vector<core::Image> render_frames(const solvers::mesh::SurfaceMesh& mesh,
                                        std::span<const Camera> cameras,
-                                       const Appearance& appearance);
+                                       const Appearance& appearance, const FaceLooks& parts = {});
 
 }  // namespace carillon::render

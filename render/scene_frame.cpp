@@ -183,7 +183,7 @@ void SceneRenderer::Parts::set_common(const Program& program, const Drawn& drawn
   set_matrix(program, "light_from_world", light_from_world);
   set_vector(program, "eye", view.eye);
   set_vector(program, "forward", view.forward);
-  set_appearance(program, drawn.appearance, drawn.grain);
+  set_appearance(program, drawn.looks.front().appearance, drawn.looks.front().grain);
   set_vector(program, "deep_reflectance", drawn.deep_color);
   set_number(program, "body_number", drawn.number);
   const std::array<Vec3, 2> directions = {light, (Vec3(0, 0, 0.3) - view.forward).normalized()};
@@ -229,7 +229,10 @@ void SceneRenderer::Parts::draw_mesh(const Drawn& drawn, const Eigen::Affine3d& 
                      face.data());
   set_integer(program, "detail", !drawn.detail ? 0 : drawn.detail->relief() ? 2 : 1);
   set_number(program, "face_tolerance", drawn.tolerance());
-  drawn.mesh.draw();
+  for (std::size_t part = 0; part < drawn.mesh.parts(); ++part) {
+    if (part > 0) set_appearance(program, drawn.looks[part].appearance, drawn.looks[part].grain);
+    drawn.mesh.draw_part(part);
+  }
 }
 
 void SceneRenderer::Parts::draw_relief(const Drawn& drawn, const Eigen::Affine3d& world_from_body) {

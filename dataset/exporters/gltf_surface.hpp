@@ -33,9 +33,6 @@ struct GltfSurface {
 GltfSurface gltf_surface(const solvers::modes::ModeSurface& surface,
                          std::span<const std::int32_t> face_regions, std::size_t regions);
 
-/// The region that each boundary face's element belongs to.
-std::vector<std::int32_t> face_regions(const solvers::mesh::TetMesh& mesh);
-
 /// A shape as a morph target: what a weight of 1 adds to the surface.
 struct GltfTarget {
   GltfVectors positions;  ///< [m]

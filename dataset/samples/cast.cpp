@@ -82,7 +82,7 @@ const Actor& Actors::of(std::size_t shape, const std::string& material, double s
   made->box = solvers::mesh::bounding_box(made->modes.surface.nodes);
   made->ringing = chain_.prepare_moving(body.id, fmt::format("{}/{}/{}", body.id, material, size),
                                         made->modes, modes.materials(v));
-  made->appearance = appearance_of(body, modes.materials(v).front(), modes.colours());
+  made->looks = looks_of(body, modes.materials(v), modes.looks(), made->modes.surface);
   if (config_.scene.runs("click")) {
     made->click = synth::contact::rigid_source(made->modes.surface, made->modes.mass);
   }

@@ -22,7 +22,7 @@ struct Actor {
   double ball_radius = 0;                            ///< of a ball; 0: none
   std::optional<synth::contact::RigidSource> click;  ///< where clicks are heard
   solvers::mesh::SurfaceMesh surface;
-  render::looks::Appearance appearance;  ///< with its file's colours, if it has any
+  DrawnLooks looks;
   solvers::mesh::Box box;
 };
 

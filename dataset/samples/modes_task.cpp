@@ -367,8 +367,8 @@ ModesTaskResult run_modes_task(const configuration::BuildConfig& config, const p
       }
       if (is_tuned(shape)) write_tuned_sizes(file, shape);
       if (config.motion) write_body(config, shape, made.mesh.mesh, folders, file, trace);
-      write_views(config, shape, made.mesh.mesh.region_names, modes.front().surface, folders, file,
-                  trace, result.written);
+      write_views(config, shape, made.mesh.mesh, modes.front().surface, folders, file, trace,
+                  result.written);
       file.flush();
     });
     result.written.push_back(

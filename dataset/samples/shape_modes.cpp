@@ -39,32 +39,47 @@ std::vector<synth::surface::RegionMoments> read_moments(const core::Hdf5Group& f
   return moments;
 }
 
-std::vector<Vec3> read_colours(const core::Hdf5Group& file) {
-  std::vector<Vec3> colours;
-  if (!file.has("colours")) return colours;
-  const auto values = file.read<double>("colours");
-  for (std::size_t i = 0; i + 2 < values.size(); i += 3)
-    colours.emplace_back(values[i], values[i + 1], values[i + 2]);
-  return colours;
+ShapeLooks read_looks(const core::Hdf5Group& file) {
+  ShapeLooks looks;
+  if (file.has("colours")) {
+    const auto values = file.read<double>("colours");
+    for (std::size_t i = 0; i + 2 < values.size(); i += 3)
+      looks.colours.emplace_back(values[i], values[i + 1], values[i + 2]);
+  }
+  if (file.has("face_regions")) looks.face_regions = file.read<std::int32_t>("face_regions");
+  return looks;
 }
 
 }  // namespace
 
-render::looks::Appearance appearance_of(const plan::Shape& shape,
-                                        const synth::material::Material& material,
-                                        const std::vector<Vec3>& colours) {
-  render::looks::Appearance appearance = synth::material::appearance_of(material);
-  appearance.piece = core::stable_hash(shape.id);
-  appearance.colours = colours;
-  return appearance;
+DrawnLooks looks_of(const plan::Shape& shape,
+                    const std::vector<synth::material::Material>& materials,
+                    const ShapeLooks& looks, const solvers::modes::ModeSurface& surface) {
+  std::vector<render::looks::Appearance> regions;
+  for (const synth::material::Material& material : materials) {
+    regions.push_back(synth::material::appearance_of(material));
+    regions.back().piece = core::stable_hash(shape.id);
+    regions.back().colours = looks.colours;
+  }
+  DrawnLooks drawn{regions.front(), {{regions.begin() + 1, regions.end()}}};
+  if (materials.size() == 1) return drawn;
+  // Curved faces are drawn as several triangles.
+  const auto pieces = static_cast<std::size_t>(surface.order) * std::size_t(surface.order);
+  for (const std::int32_t region : looks.face_regions)
+    drawn.parts.of_faces.insert(drawn.parts.of_faces.end(), pieces, region);
+  return drawn;
 }
 
-void write_colours(const core::Hdf5Group& file, const std::vector<Vec3>& colours) {
-  if (colours.empty()) return;
-  std::vector<double> values;
-  for (const Vec3& colour : colours) values.insert(values.end(), colour.begin(), colour.end());
-  file.write<double>("colours", values, {colours.size(), 3});
-  file.write_attribute("unit", "1", "colours");
+void write_looks(const core::Hdf5Group& file, const ShapeLooks& looks) {
+  if (!looks.colours.empty()) {
+    std::vector<double> values;
+    for (const Vec3& colour : looks.colours)
+      values.insert(values.end(), colour.begin(), colour.end());
+    file.write<double>("colours", values, {looks.colours.size(), 3});
+    file.write_attribute("unit", "1", "colours");
+  }
+  if (!looks.face_regions.empty())
+    file.write<std::int32_t>("face_regions", looks.face_regions, {looks.face_regions.size()});
 }
 
 void write_moments(const core::Hdf5Group& file,
@@ -121,7 +136,7 @@ ShapeModes::ShapeModes(const configuration::BuildConfig& config, const plan::Sha
   }
   hulls_ = read_hulls(file);
   moments_ = read_moments(file);
-  colours_ = read_colours(file);
+  looks_ = read_looks(file);
 }
 
 solvers::modes::Modes ShapeModes::of(std::size_t variant) const {

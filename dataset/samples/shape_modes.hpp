@@ -7,6 +7,12 @@
 
 namespace carillon::dataset::samples {
 
+/// What a shape is drawn with beside its materials.
+struct ShapeLooks {
+  std::vector<Vec3> colours;               ///< of the shape's file, at the vertices; empty: none
+  std::vector<std::int32_t> face_regions;  ///< of the surface's faces; empty: all of one region
+};
+
 /// Modes of a shape in its materials and sizes, from its modes file.
 class ShapeModes {
  public:
@@ -26,8 +32,8 @@ class ShapeModes {
   const solvers::modes::ModeSurface& surface() const { return solved_.front().surface; }
   /// Corners of the object's convex pieces at size 1 [m]; empty where the build has no motion.
   const std::vector<std::vector<Vec3>>& hulls() const { return hulls_; }
-  /// Colours of the file at the surface's vertices; empty where it has none, or nothing is drawn.
-  const std::vector<Vec3>& colours() const { return colours_; }
+  /// Without any where nothing is drawn.
+  const ShapeLooks& looks() const { return looks_; }
   /// Of its regions at size 1; empty where it has one only.
   const std::vector<synth::surface::RegionMoments>& moments() const { return moments_; }
 
@@ -38,7 +44,7 @@ class ShapeModes {
   std::vector<solvers::modes::Modes> solved_;
   std::vector<std::vector<Vec3>> hulls_;
   std::vector<synth::surface::RegionMoments> moments_;
-  std::vector<Vec3> colours_;
+  ShapeLooks looks_;
 };
 
 /// Estimated pitch errors of every mode of every set of a modes file [cent].
@@ -48,14 +54,20 @@ std::vector<double> read_pitch_errors(const core::Hdf5Group& file);
 /// Writes the pieces as `hulls/points` [n, 3] and `hulls/first` [pieces + 1].
 void write_hulls(const core::Hdf5Group& file, const std::vector<std::vector<Vec3>>& hulls);
 
-/// What a shape of a material is drawn with: the material's looks, a piece of it that is the
-/// shape's own, and the colours of the shape's file.
-render::looks::Appearance appearance_of(const plan::Shape& shape,
-                                        const synth::material::Material& material,
-                                        const std::vector<Vec3>& colours);
+/// Looks of all faces of a shape.
+struct DrawnLooks {
+  render::looks::Appearance body;  ///< of the first region
+  render::looks::FaceLooks parts;  ///< of the others
+};
+/// The materials' looks, pieces of them that are the shape's own, and the colours of its file.
+/// @param materials  one for each region
+/// @param surface    that the shape's faces are of
+DrawnLooks looks_of(const plan::Shape& shape,
+                    const std::vector<synth::material::Material>& materials,
+                    const ShapeLooks& looks, const solvers::modes::ModeSurface& surface);
 
-/// Writes `colours` [vertices, 3]; nothing where there are none.
-void write_colours(const core::Hdf5Group& file, const std::vector<Vec3>& colours);
+/// Writes `colours` [vertices, 3] and `face_regions` [faces]; nothing of what is not there.
+void write_looks(const core::Hdf5Group& file, const ShapeLooks& looks);
 
 /// Writes `moments/volume` [regions], `moments/centroid` [regions, 3] and `moments/spread`
 /// [regions, 3, 3].

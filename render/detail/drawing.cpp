@@ -62,10 +62,23 @@ void set_appearance(const Program& program, const Appearance& appearance, const 
   glUniformMatrix3fv(glGetUniformLocation(program.get(), "grain_axes"), 1, GL_FALSE, axes.data());
 }
 
-void check_colours(const Appearance& appearance, const solvers::mesh::SurfaceMesh& mesh) {
-  if (appearance.colours.empty() || appearance.colours.size() == mesh.vertices.size()) return;
-  throw core::InputError(fmt::format("appearance: {} colours of {} vertices",
-                                     appearance.colours.size(), mesh.vertices.size()));
+void check_looks(const Appearance& appearance, const FaceLooks& parts,
+                 const solvers::mesh::SurfaceMesh& mesh) {
+  looks::check(appearance);
+  for (const Appearance& other : parts.others) looks::check(other);
+  if (!appearance.colours.empty() && appearance.colours.size() != mesh.vertices.size()) {
+    throw core::InputError(fmt::format("appearance: {} colours of {} vertices",
+                                       appearance.colours.size(), mesh.vertices.size()));
+  }
+  if (!parts.of_faces.empty() && parts.of_faces.size() != mesh.triangles.size()) {
+    throw core::InputError(fmt::format("appearance: looks of {} faces, and the mesh has {}",
+                                       parts.of_faces.size(), mesh.triangles.size()));
+  }
+  for (const std::int32_t part : parts.of_faces) {
+    if (part >= 0 && static_cast<std::size_t>(part) <= parts.others.size()) continue;
+    throw core::InputError(
+        fmt::format("appearance: a face has the look {} of {}", part, parts.others.size() + 1));
+  }
 }
 
 Texture make_target(GLint internal, GLenum format, GLenum type, int width, int height) {
@@ -93,8 +106,8 @@ void upload(Buffer& buffer, const std::vector<float>& values, GLuint location) {
 
 }  // namespace
 
-DrawableMesh::DrawableMesh(const ShadingMesh& mesh, std::span<const Vec3> colours)
-    : count_(static_cast<GLsizei>(mesh.indices.size())) {
+DrawableMesh::DrawableMesh(const ShadingMesh& mesh, std::span<const Vec3> colours,
+                           std::span<const std::int32_t> of_faces) {
   glGenVertexArrays(1, array_.put());
   glBindVertexArray(array_.get());
   upload(positions_, mesh.positions, 0);
@@ -106,17 +119,29 @@ DrawableMesh::DrawableMesh(const ShadingMesh& mesh, std::span<const Vec3> colour
         values.push_back(static_cast<float>(value));
     upload(colours_, values, colour_location);
   }
+  // One part after the other.
+  std::vector<std::uint32_t> indices;
+  const std::int32_t last =
+      of_faces.empty() ? 0 : *std::max_element(of_faces.begin(), of_faces.end());
+  for (std::int32_t part = 0; part <= last; ++part) {
+    for (std::size_t corner = 0; corner < mesh.indices.size(); ++corner) {
+      if (of_faces.empty() || of_faces[corner / 3] == part) indices.push_back(mesh.indices[corner]);
+    }
+    ends_.push_back(static_cast<GLsizei>(indices.size()));
+  }
   glGenBuffers(1, indices_.put());
   glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, indices_.get());
   glBufferData(GL_ELEMENT_ARRAY_BUFFER,
-               static_cast<GLsizeiptr>(mesh.indices.size() * sizeof(std::uint32_t)),
-               mesh.indices.data(), GL_STATIC_DRAW);
+               static_cast<GLsizeiptr>(indices.size() * sizeof(std::uint32_t)), indices.data(),
+               GL_STATIC_DRAW);
 }
 
-void DrawableMesh::draw() const {
+void DrawableMesh::draw(GLsizei begin, GLsizei end) const {
   glBindVertexArray(array_.get());
   glVertexAttrib3f(colour_location, 1, 1, 1);  // where the mesh has none of its own
-  glDrawElements(GL_TRIANGLES, count_, GL_UNSIGNED_INT, nullptr);
+  glDrawElements(
+      GL_TRIANGLES, end - begin, GL_UNSIGNED_INT,
+      reinterpret_cast<const void*>(static_cast<std::size_t>(begin) * sizeof(std::uint32_t)));
 }
 
 ShadowMap::ShadowMap(int side)

@@ -29,8 +29,10 @@ GrainPlace grain_place(const ShadingMesh& mesh, const Appearance& appearance);
 /// Uniforms of shading_code.hpp and grain_code.hpp, and of the reflectance, which is the factor of
 /// a mesh's own colours where it has them.
 void set_appearance(const Program& program, const Appearance& appearance, const GrainPlace& grain);
-/// @throws InputError  colours that are not as many as the mesh's vertices
-void check_colours(const Appearance& appearance, const solvers::mesh::SurfaceMesh& mesh);
+/// @throws InputError  colours that are not as many as the mesh's vertices, looks of faces that are
+///                     not as many as these, or a number of none
+void check_looks(const Appearance& appearance, const FaceLooks& parts,
+                 const solvers::mesh::SurfaceMesh& mesh);
 
 /// Texture of one level without filtering, where something is drawn to.
 Texture make_target(GLint internal, GLenum format, GLenum type, int width, int height);
@@ -38,12 +40,18 @@ Texture make_target(GLint internal, GLenum format, GLenum type, int width, int h
 /// A mesh's buffers on the side of OpenGL.
 class DrawableMesh {
  public:
-  /// @param colours  at the vertices that `mesh` was made of; empty: all are (1, 1, 1)
-  explicit DrawableMesh(const ShadingMesh& mesh, std::span<const Vec3> colours = {});
-  void draw() const;
+  /// @param colours   at the vertices that `mesh` was made of; empty: all are (1, 1, 1)
+  /// @param of_faces  part of each triangle, from 0; empty: all are one
+  explicit DrawableMesh(const ShadingMesh& mesh, std::span<const Vec3> colours = {},
+                        std::span<const std::int32_t> of_faces = {});
+  void draw() const { draw(0, ends_.back()); }
+  std::size_t parts() const { return ends_.size(); }
+  void draw_part(std::size_t part) const { draw(part == 0 ? 0 : ends_[part - 1], ends_[part]); }
 
  private:
-  GLsizei count_;
+  void draw(GLsizei begin, GLsizei end) const;
+
+  std::vector<GLsizei> ends_;  ///< of each part, behind its last index
   VertexArray array_;
   Buffer positions_;
   Buffer normals_;

@@ -5,12 +5,14 @@
 namespace carillon::render {
 Drawn make_drawn(const SceneBody& body, int number, const FootprintPainter& footprints) {
   const BoundingBall ball = bounding_ball(body.mesh);
-  check_colours(body.appearance, body.mesh);
+  check_looks(body.appearance, body.parts, body.mesh);
   const ShadingMesh mesh = shading_mesh(body.mesh, ball, default_crease_angle);
-  Drawn drawn{.mesh = DrawableMesh(mesh, body.appearance.colours),
+  std::vector<Drawn::Look> looks = {{body.appearance, grain_place(mesh, body.appearance)}};
+  for (const Appearance& other : body.parts.others)
+    looks.push_back({other, grain_place(mesh, other)});
+  Drawn drawn{.mesh = DrawableMesh(mesh, body.appearance.colours, body.parts.of_faces),
               .ball = ball,
-              .appearance = body.appearance,
-              .grain = grain_place(mesh, body.appearance),
+              .looks = std::move(looks),
               .deep_color = body.deep_color.value_or(body.appearance.color),
               .number = number,
               .detail = {},

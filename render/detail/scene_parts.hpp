@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <optional>
+#include <vector>
 
 #include "render/detail/drawing.hpp"
 #include "render/detail/face_detail.hpp"
@@ -14,8 +15,11 @@ namespace carillon::render {
 struct Drawn {
   DrawableMesh mesh;
   BoundingBall ball;
-  Appearance appearance;
-  GrainPlace grain;
+  struct Look {
+    Appearance appearance;
+    GrainPlace grain;
+  };
+  std::vector<Look> looks;  ///< of the mesh's parts
   Vec3 deep_color;
   int number = 0;         ///< in the mask
   double fade_reach = 0;  ///< 0: none

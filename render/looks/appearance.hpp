@@ -32,6 +32,13 @@ struct Appearance {
                                    ///< empty: none
 };
 
+/// What faces of a body look like where they are of other materials than the rest.
+struct FaceLooks {
+  std::vector<Appearance> others;
+  /// Of each triangle: 0 looks like the body, i + 1 like the i-th other; empty: all like the body.
+  std::vector<std::int32_t> of_faces = {};
+};
+
 /// @throws InputError  a number beyond 0 to 1
 void check(const Appearance& appearance);
 

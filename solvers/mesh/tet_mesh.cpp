@@ -158,6 +158,34 @@ std::vector<std::int32_t> boundary_faces(const TetMesh& mesh) {
   return faces;
 }
 
+std::vector<std::int32_t> face_regions(const TetMesh& mesh) {
+  using Corners = std::array<std::int32_t, 3>;
+  const auto sorted = [](Corners corners) {
+    std::sort(corners.begin(), corners.end());
+    return corners;
+  };
+  std::map<Corners, std::size_t> faces;
+  const auto nodes = static_cast<std::size_t>(elements::nodes_per_face(mesh.order));
+  for (std::size_t face = 0; face < mesh.face_count(); ++face) {
+    // Vertices are the first nodes of faces and elements.
+    const std::int32_t* corner = &mesh.faces[face * nodes];
+    faces[sorted({corner[0], corner[1], corner[2]})] = face;
+  }
+  std::vector<std::int32_t> regions(mesh.face_count(), 0);
+  for (std::size_t e = 0; e < mesh.element_count(); ++e) {
+    const auto corner = mesh.element(e);
+    for (std::size_t left_out = 0; left_out < 4; ++left_out) {
+      Corners face{};
+      for (std::size_t k = 0, n = 0; k < 4; ++k) {
+        if (k != left_out) face[n++] = corner[k];
+      }
+      const auto found = faces.find(sorted(face));
+      if (found != faces.end()) regions[found->second] = mesh.regions[e];
+    }
+  }
+  return regions;
+}
+
 bool follows_surface(const MeshQuality& quality, double longest, double wall) {
   constexpr double fiftieth = 0.02;
   return !(quality.hausdorff > std::min(fiftieth * longest, wall / 2)) &&

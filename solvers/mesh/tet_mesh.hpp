@@ -50,6 +50,9 @@ void drop_unused_nodes(TetMesh& mesh);
 /// TetMesh::faces.
 std::vector<std::int32_t> boundary_faces(const TetMesh& mesh);
 
+/// The region that the element behind each boundary face belongs to, in the order of `mesh.faces`.
+std::vector<std::int32_t> face_regions(const TetMesh& mesh);
+
 /// Shape and size of the elements, judged by their corners, and how well they keep their body.
 struct MeshQuality {
   std::int64_t elements = 0;

@@ -5,6 +5,7 @@ import unittest
 
 import h5py
 import numpy
+from msh_files import msh_4, two_part_bar
 from program import FolderTest, pictures, run, run_json
 
 OBJECTS = """
@@ -56,6 +57,21 @@ class MaterialPictures(FolderTest):
         output = self.folder / name
         run_json("build", self.write(f"{name}.yaml", text), "-o", output, ranks=ranks)
         return output
+
+    def test_each_region_shows_its_material(self):
+        self.write("materials.yaml", OWN)
+        self.write("bar.msh", msh_4(*two_part_bar()))
+        text = ("objects: [{mesh: bar.msh, materials: {left: red_paint, right: rusty_steel}}]\n"
+                "materials_file: materials.yaml\nmodes: {max_modes: 3, order: 2}\nstrikes: {per_object: 1}\n"
+                "audio: {seconds: 0.05 s}\nname: halves\n"
+                "camera: {width: 96, height: 48, azimuth: -90 deg, elevation: 20 deg}\n")
+        run_json("build", self.write("halves.yaml", text), "-o", self.folder / "halves")
+        view, = self.frames(self.folder / "halves").popitem()[1]
+        red, blue = view[..., 0] > view[..., 2] + 40, view[..., 2] > view[..., 0] + 40
+        self.assertGreater(red.sum(), 60)
+        self.assertGreater(blue.sum(), 60)
+        # Left is along x, which points to the right from here.
+        self.assertLess(numpy.nonzero(red)[1].max(), numpy.nonzero(blue)[1].min() + 3)
 
     def frames(self, output):
         with h5py.File(output / "index.h5") as index:

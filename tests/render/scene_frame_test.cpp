@@ -101,6 +101,29 @@ TEST(SceneFrame, ColoursOfVerticesStandWhereTheyAre) {
   EXPECT_THROW(draw(scene, {{}}), core::InputError);
 }
 
+TEST(SceneFrame, FacesOfOtherMaterialsLookLikeThese) {
+  Scene scene;
+  scene.camera = {.width = 121, .height = 121, .eye = {0.6, 0, 0}, .target = {0, 0, 0}};
+  SceneBody ball{sphere(0.05, 96), {{0.8, 0, 0}, 1, 0}, {}, {}};
+  ball.parts.others = {{{0, 0.8, 0}, 1, 0}};
+  // Red above, green below.
+  for (const auto& triangle : ball.mesh.triangles) {
+    const Vec3& corner = ball.mesh.vertices[static_cast<std::size_t>(triangle[0])];
+    ball.parts.of_faces.push_back(corner.z() > 0 ? 0 : 1);
+  }
+  scene.bodies.push_back(ball);
+  const SceneFrame frame = draw(scene, {{}});
+  const auto channel = [&](int column, int row, std::size_t k) {
+    return int{frame.color.pixels[std::size_t(row * 121 + column) * 3 + k]};
+  };
+  EXPECT_GT(channel(60, 52, 0), channel(60, 52, 1) + 40);
+  EXPECT_GT(channel(60, 68, 1), channel(60, 68, 0) + 40);
+  EXPECT_EQ(frame.mask[at(frame, 60, 52)], 1);
+  EXPECT_EQ(frame.mask[at(frame, 60, 68)], 1);
+  scene.bodies[0].parts.of_faces.pop_back();
+  EXPECT_THROW(draw(scene, {{}}), core::InputError);
+}
+
 TEST(SceneFrame, ShadowOfABallLiesWhereTheLightPutsIt) {
   Scene scene = ball_over_ground();
   scene.camera = {.width = 300,

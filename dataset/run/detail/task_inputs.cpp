@@ -85,6 +85,8 @@ std::string TaskInputs::of_shape(std::size_t index) const {
     hash.add(fmt::format("{} {}\n", variant.material, plan::size_name(variant)));
     if (source.object.groups.empty()) add(variant.material);
   }
+  // Pictures of before had the first region's looks everywhere.
+  if (is_drawn && source.object.groups.size() > 1) hash.add("looks of regions\n");
   for (const auto& [group, name] : source.object.groups) {
     hash.add(group).add("\n");
     add(name);

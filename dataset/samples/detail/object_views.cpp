@@ -50,17 +50,17 @@ void write_voxels(const render::VoxelOptions& options, const solvers::mesh::Surf
                      turns > 1 ? core::Extent{1, turns, 3} : core::Extent{1, 3});
 }
 
-/// The material of the mesh's first region in the first variant of that material.
-synth::material::Material first_material(const configuration::BuildConfig& config,
-                                         const plan::Shape& shape, const std::string& name,
-                                         const std::vector<std::string>& regions) {
+/// Materials of the mesh's regions in the first variant of a material.
+std::vector<synth::material::Material> region_materials(const configuration::BuildConfig& config,
+                                                        const plan::Shape& shape,
+                                                        const std::string& name,
+                                                        const std::vector<std::string>& regions) {
   for (const plan::Variant& variant : shape.variants) {
     if (variant.material != name) continue;
     return plan::variant_materials(config, shape, variant,
-                                   regions.empty() ? std::vector<std::string>{"body"} : regions)
-        .front();
+                                   regions.empty() ? std::vector<std::string>{"body"} : regions);
   }
-  return {};
+  return {{}};
 }
 
 void write_pictures(const plan::Shape& shape, const std::string& material,
@@ -78,15 +78,17 @@ void write_pictures(const plan::Shape& shape, const std::string& material,
 }  // namespace
 
 void write_views(const configuration::BuildConfig& config, const plan::Shape& shape,
-                 const std::vector<std::string>& regions,
-                 const solvers::modes::ModeSurface& surface, const BuildFolders& folders,
-                 const core::Hdf5Group& file, core::Trace& trace,
+                 const solvers::mesh::TetMesh& mesh, const solvers::modes::ModeSurface& surface,
+                 const BuildFolders& folders, const core::Hdf5Group& file, core::Trace& trace,
                  std::vector<std::string>& written) {
   const solvers::mesh::SurfaceMesh flat = solvers::modes::flatten(surface);
   const bool is_drawn = !config.cameras.empty() || (config.motion && config.motion->camera);
-  const std::vector<Vec3> colours =
-      is_drawn ? colours_of(config, shape, flat) : std::vector<Vec3>();
-  write_colours(file, colours);
+  ShapeLooks looks;
+  if (is_drawn) {
+    looks.colours = colours_of(config, shape, flat);
+    if (mesh.region_names.size() > 1) looks.face_regions = solvers::mesh::face_regions(mesh);
+  }
+  write_looks(file, looks);
   if (config.voxels) {
     const core::ScopedTimer timer(trace.effects["voxels"]);
     write_voxels(*config.voxels, flat, file);
@@ -103,9 +105,10 @@ void write_views(const configuration::BuildConfig& config, const plan::Shape& sh
        static_cast<std::uint64_t>(camera.width), 3},
       {.chunk_rows = 1, .deflate = 4});
   for (std::size_t m = 0; m < materials.size(); ++m) {
-    const auto material = first_material(config, shape, materials[m], regions);
+    const auto of_regions = region_materials(config, shape, materials[m], mesh.region_names);
+    const DrawnLooks drawn = looks_of(shape, of_regions, looks, surface);
     const std::vector<core::Image> views =
-        render::render_frames(flat, config.cameras, appearance_of(shape, material, colours));
+        render::render_frames(flat, config.cameras, drawn.body, drawn.parts);
     std::vector<std::uint8_t> pixels;
     for (const core::Image& view : views)
       pixels.insert(pixels.end(), view.pixels.begin(), view.pixels.end());

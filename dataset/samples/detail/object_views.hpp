@@ -11,12 +11,11 @@ namespace carillon::dataset::samples {
 /// Writes what is seen of a shape to its modes file: voxels, base colours of its file, and a frame
 /// of each material that it sounds in from every camera; pictures as files of their own where the
 /// configuration asks for them.
-/// @param regions  names of the mesh's regions; empty: one
+/// @param mesh     of its regions; without faces where the body is of one
 /// @param written  gets the paths of the pictures, relative to the output folder
 void write_views(const configuration::BuildConfig& config, const plan::Shape& shape,
-                 const std::vector<std::string>& regions,
-                 const solvers::modes::ModeSurface& surface, const BuildFolders& folders,
-                 const core::Hdf5Group& file, core::Trace& trace,
+                 const solvers::mesh::TetMesh& mesh, const solvers::modes::ModeSurface& surface,
+                 const BuildFolders& folders, const core::Hdf5Group& file, core::Trace& trace,
                  std::vector<std::string>& written);
 
 }  // namespace carillon::dataset::samples

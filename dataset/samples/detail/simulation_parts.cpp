@@ -53,11 +53,13 @@ render::Scene picture_of(const SimulationStage& stage, const scene::motion::Moti
     }
     const Actor& actor = *stage.actors[b];
     body.mesh = actor.surface;
-    body.appearance = actor.appearance;
+    body.appearance = actor.looks.body;
+    body.parts = actor.looks.parts;
     body.texture = stage.moving[b].texture;
     if (const auto& texture = motion.bodies[b - first].texture) {
       body.appearance = look_of(*texture).value_or(body.appearance);
       body.appearance.grain = render::looks::Grain::none;  // the texture's face has none
+      body.parts = {};
       body.deep_color = deep_color;
     }
     scene.bodies.push_back(std::move(body));
