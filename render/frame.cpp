@@ -108,8 +108,8 @@ class FrameRenderer {
   }
 
   core::Image draw(const ShadingMesh& mesh, const View& view, const Camera& camera,
-                   const Appearance& appearance, const FaceLooks& parts) {
-    const DrawableMesh body(mesh, appearance.colours, parts.of_faces);
+                   const Appearance& appearance, const FaceLooks& faces) {
+    const DrawableMesh body(mesh, appearance.colours, faces.of_faces);
     std::array<Vec3, 3> direction;
     for (std::size_t i = 0; i < 3; ++i) {
       direction[i] = view.axes.transpose() * lights[i].direction.normalized();
@@ -149,7 +149,7 @@ class FrameRenderer {
     }
     glBindTexture(GL_TEXTURE_2D, shadows_.texture());
     for (std::size_t part = 0; part < body.parts(); ++part) {
-      const Appearance& look = part == 0 ? appearance : parts.others[part - 1];
+      const Appearance& look = part == 0 ? appearance : faces.others[part - 1];
       set_appearance(body_program_, look, grain_place(mesh, look));
       body.draw_part(part);
     }
@@ -178,24 +178,24 @@ class FrameRenderer {
 
 std::vector<core::Image> render_frames(const solvers::mesh::SurfaceMesh& mesh,
                                        std::span<const Camera> cameras,
-                                       const Appearance& appearance, const FaceLooks& parts) {
+                                       const Appearance& appearance, const FaceLooks& faces) {
   for (const Camera& camera : cameras) check_camera(camera);
   const BoundingBall ball = bounding_ball(mesh);
-  check_looks(appearance, parts, mesh);
+  check_looks(appearance, faces, mesh);
   const ShadingMesh body = shading_mesh(mesh, ball, default_crease_angle);
   // Compiling the shaders takes longer than a picture; a context belongs to its thread.
   thread_local FrameRenderer renderer;
   std::vector<core::Image> images;
   for (const Camera& camera : cameras) {
     images.push_back(
-        renderer.draw(body, make_view(camera, ball.radius), camera, appearance, parts));
+        renderer.draw(body, make_view(camera, ball.radius), camera, appearance, faces));
   }
   return images;
 }
 
 core::Image render_frame(const solvers::mesh::SurfaceMesh& mesh, const Camera& camera,
-                         const Appearance& appearance, const FaceLooks& parts) {
-  return render_frames(mesh, {&camera, 1}, appearance, parts).front();
+                         const Appearance& appearance, const FaceLooks& faces) {
+  return render_frames(mesh, {&camera, 1}, appearance, faces).front();
 }
 
 }  // namespace carillon::render

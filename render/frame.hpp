@@ -43,10 +43,10 @@ struct Camera {
 ///                      not as many as vertices, or looks of faces that are not as many as these
 /// @throws core::Error  no OpenGL 3.3 context can be made
 core::Image render_frame(const solvers::mesh::SurfaceMesh& mesh, const Camera& camera,
-                         const Appearance& appearance, const FaceLooks& parts = {});
+                         const Appearance& appearance, const FaceLooks& faces = {});
 /// The same from several places, one picture for each.
 std::vector<core::Image> render_frames(const solvers::mesh::SurfaceMesh& mesh,
                                        std::span<const Camera> cameras,
-                                       const Appearance& appearance, const FaceLooks& parts = {});
+                                       const Appearance& appearance, const FaceLooks& faces = {});
 
 }  // namespace carillon::render

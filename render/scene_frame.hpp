@@ -34,7 +34,7 @@ struct SceneBody {
   /// Colour of the deepest parts of a relief (mortar, the earth between pebbles): it takes over
   /// between a quarter and three quarters of the depth.
   std::optional<Vec3> deep_color;
-  FaceLooks parts = {};  ///< faces of other materials
+  FaceLooks faces = {};  ///< faces of other materials
 };
 
 /// A square of level ground about a place, facing up. It is no body: the mask has it as background.

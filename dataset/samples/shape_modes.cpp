@@ -2,9 +2,11 @@
 
 #include <fmt/format.h>
 
+#include "core/error.hpp"
 #include "core/hdf5.hpp"
 #include "core/random.hpp"
 #include "dataset/samples/detail/tuned_sets.hpp"
+#include "solvers/elements/lagrange.hpp"
 #include "solvers/modes/modes_file.hpp"
 
 namespace carillon::dataset::samples {
@@ -63,10 +65,16 @@ DrawnLooks looks_of(const plan::Shape& shape,
   }
   DrawnLooks drawn{regions.front(), {{regions.begin() + 1, regions.end()}}};
   if (materials.size() == 1) return drawn;
+  const auto faces =
+      surface.faces.size() / std::size_t(solvers::elements::nodes_per_face(surface.order));
+  if (!looks.face_regions.empty() && looks.face_regions.size() != faces) {
+    throw core::InputError(fmt::format("{}: regions of {} faces, and its surface has {}", shape.id,
+                                       looks.face_regions.size(), faces));
+  }
   // Curved faces are drawn as several triangles.
   const auto pieces = static_cast<std::size_t>(surface.order) * std::size_t(surface.order);
   for (const std::int32_t region : looks.face_regions)
-    drawn.parts.of_faces.insert(drawn.parts.of_faces.end(), pieces, region);
+    drawn.faces.of_faces.insert(drawn.faces.of_faces.end(), pieces, region);
   return drawn;
 }
 

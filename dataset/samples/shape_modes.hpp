@@ -32,7 +32,7 @@ class ShapeModes {
   const solvers::modes::ModeSurface& surface() const { return solved_.front().surface; }
   /// Corners of the object's convex pieces at size 1 [m]; empty where the build has no motion.
   const std::vector<std::vector<Vec3>>& hulls() const { return hulls_; }
-  /// Without any where nothing is drawn.
+  /// Empty where the build draws nothing.
   const ShapeLooks& looks() const { return looks_; }
   /// Of its regions at size 1; empty where it has one only.
   const std::vector<synth::surface::RegionMoments>& moments() const { return moments_; }
@@ -57,7 +57,7 @@ void write_hulls(const core::Hdf5Group& file, const std::vector<std::vector<Vec3
 /// Looks of all faces of a shape.
 struct DrawnLooks {
   render::looks::Appearance body;  ///< of the first region
-  render::looks::FaceLooks parts;  ///< of the others
+  render::looks::FaceLooks faces;  ///< of the others
 };
 /// The materials' looks, pieces of them that are the shape's own, and the colours of its file.
 /// @param materials  one for each region

@@ -95,4 +95,17 @@ std::vector<float> strike_clip(const core::AudioClip& recording, const ClipForma
   return clip;
 }
 
+std::vector<float> noise_clip(std::span<const double> noise, const ClipFormat& format) {
+  const std::size_t count = format.samples;
+  if (noise.size() != noise_lengths * count) {
+    throw core::InputError(fmt::format("{} samples of noise for clips of {}", noise.size(), count));
+  }
+  const features::Segment segment =
+      features::find_segment(noise.first(2 * count), format.sample_rate(), {}, 0);
+  const auto cut = noise.subspan(segment.nothing.empty() ? segment.onset : 0, count);
+  std::vector<float> clip;
+  for (const double value : cut) clip.push_back(static_cast<float>(value));
+  return clip;
+}
+
 }  // namespace carillon::eval::learning

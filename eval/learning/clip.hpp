@@ -51,4 +51,11 @@ class ClipPreparer {
 /// @throws InputError  no samples, or one that is not finite
 std::vector<float> strike_clip(const core::AudioClip& recording, const ClipFormat& format);
 
+/// Clips' lengths of noise that a clip is cut from.
+inline constexpr std::size_t noise_lengths = 3;
+/// The same of a noise that goes on: from its loudest onset within the first two clips' lengths.
+/// @param noise  noise_lengths times as many samples as the format has, at its rate
+/// @throws InputError  another length, or a sample that is not finite
+std::vector<float> noise_clip(std::span<const double> noise, const ClipFormat& format);
+
 }  // namespace carillon::eval::learning

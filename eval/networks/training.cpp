@@ -314,7 +314,8 @@ Trained Training::run() {
     if (watch_.epoch) watch_.epoch(*epoch);
   }
   trained_.best = learning::best_of(trained_.epochs);
-  if (trained_.best == method_.learning.epochs && validation_rows_ > 0) {
+  if (method_.learning.schedule == learning::Schedule::plateau &&
+      trained_.best == method_.learning.epochs && validation_rows_ > 0) {
     trained_.remarks.push_back(fmt::format(
         "the last of {} epochs was the best: more of them may do better", method_.learning.epochs));
   }

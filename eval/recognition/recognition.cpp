@@ -60,13 +60,10 @@ std::vector<double> noise_log_odds(const Recognition& recognition, const network
   std::vector<double> scores;
   for (std::size_t i = 0; i < noises; ++i) {
     core::RandomStream random(0, i, "recognition." + name);
-    // As a recording would be: longer than the clip, cut where something begins.
-    const auto samples = synth::recording::generate_noise(kind, 2 * recognition.format.samples,
-                                                          recognition.format.sample_rate(), random);
-    core::AudioClip recording;
-    recording.sample_rate = static_cast<int>(std::lround(recognition.format.sample_rate()));
-    recording.samples.assign(samples.begin(), samples.end());
-    const std::vector<float> clip = learning::strike_clip(recording, recognition.format);
+    const auto noise =
+        synth::recording::generate_noise(kind, learning::noise_lengths * recognition.format.samples,
+                                         recognition.format.sample_rate(), random);
+    const std::vector<float> clip = learning::noise_clip(noise, recognition.format);
     scores.push_back(recognise(learner, recognition, preparer, clip).log_odds);
   }
   return scores;

@@ -62,22 +62,22 @@ void set_appearance(const Program& program, const Appearance& appearance, const 
   glUniformMatrix3fv(glGetUniformLocation(program.get(), "grain_axes"), 1, GL_FALSE, axes.data());
 }
 
-void check_looks(const Appearance& appearance, const FaceLooks& parts,
+void check_looks(const Appearance& appearance, const FaceLooks& faces,
                  const solvers::mesh::SurfaceMesh& mesh) {
   looks::check(appearance);
-  for (const Appearance& other : parts.others) looks::check(other);
+  for (const Appearance& other : faces.others) looks::check(other);
   if (!appearance.colours.empty() && appearance.colours.size() != mesh.vertices.size()) {
     throw core::InputError(fmt::format("appearance: {} colours of {} vertices",
                                        appearance.colours.size(), mesh.vertices.size()));
   }
-  if (!parts.of_faces.empty() && parts.of_faces.size() != mesh.triangles.size()) {
+  if (!faces.of_faces.empty() && faces.of_faces.size() != mesh.triangles.size()) {
     throw core::InputError(fmt::format("appearance: looks of {} faces, and the mesh has {}",
-                                       parts.of_faces.size(), mesh.triangles.size()));
+                                       faces.of_faces.size(), mesh.triangles.size()));
   }
-  for (const std::int32_t part : parts.of_faces) {
-    if (part >= 0 && static_cast<std::size_t>(part) <= parts.others.size()) continue;
+  for (const std::int32_t part : faces.of_faces) {
+    if (part >= 0 && static_cast<std::size_t>(part) <= faces.others.size()) continue;
     throw core::InputError(
-        fmt::format("appearance: a face has the look {} of {}", part, parts.others.size() + 1));
+        fmt::format("appearance: a face has the look {} of {}", part, faces.others.size() + 1));
   }
 }
 

@@ -31,7 +31,7 @@ GrainPlace grain_place(const ShadingMesh& mesh, const Appearance& appearance);
 void set_appearance(const Program& program, const Appearance& appearance, const GrainPlace& grain);
 /// @throws InputError  colours that are not as many as the mesh's vertices, looks of faces that are
 ///                     not as many as these, or a number of none
-void check_looks(const Appearance& appearance, const FaceLooks& parts,
+void check_looks(const Appearance& appearance, const FaceLooks& faces,
                  const solvers::mesh::SurfaceMesh& mesh);
 
 /// Texture of one level without filtering, where something is drawn to.

@@ -19,7 +19,7 @@ std::string_view offscreen() {
 }
 
 core::Image render_frame(const solvers::mesh::SurfaceMesh& /*mesh*/, const Camera& /*camera*/,
-                         const Appearance& /*appearance*/, const FaceLooks& /*parts*/) {
+                         const Appearance& /*appearance*/, const FaceLooks& /*faces*/) {
   refuse();
 }
 

@@ -5,12 +5,12 @@
 namespace carillon::render {
 Drawn make_drawn(const SceneBody& body, int number, const FootprintPainter& footprints) {
   const BoundingBall ball = bounding_ball(body.mesh);
-  check_looks(body.appearance, body.parts, body.mesh);
+  check_looks(body.appearance, body.faces, body.mesh);
   const ShadingMesh mesh = shading_mesh(body.mesh, ball, default_crease_angle);
   std::vector<Drawn::Look> looks = {{body.appearance, grain_place(mesh, body.appearance)}};
-  for (const Appearance& other : body.parts.others)
+  for (const Appearance& other : body.faces.others)
     looks.push_back({other, grain_place(mesh, other)});
-  Drawn drawn{.mesh = DrawableMesh(mesh, body.appearance.colours, body.parts.of_faces),
+  Drawn drawn{.mesh = DrawableMesh(mesh, body.appearance.colours, body.faces.of_faces),
               .ball = ball,
               .looks = std::move(looks),
               .deep_color = body.deep_color.value_or(body.appearance.color),

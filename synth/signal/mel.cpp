@@ -166,6 +166,18 @@ std::vector<float> resized(std::span<const float> cells, std::size_t frames, Mel
   return fewer;
 }
 
+/// Of what each of so many covers; 0: the values themselves.
+std::vector<double> means_of(const std::vector<double>& values, int fewer) {
+  if (fewer == 0) return values;
+  std::vector<double> means;
+  for (const Covered& covered : covered_cells(values.size(), static_cast<std::size_t>(fewer))) {
+    means.push_back(std::inner_product(covered.weights.begin(), covered.weights.end(),
+                                       values.begin() + static_cast<std::ptrdiff_t>(covered.first),
+                                       0.0));
+  }
+  return means;
+}
+
 int computed_frames(std::size_t count, const MelOptions& options) {
   return 1 + static_cast<int>(count / static_cast<std::size_t>(options.hop));
 }
@@ -185,16 +197,15 @@ MelExtent mel_extent(std::size_t count, const MelOptions& options) {
 
 std::vector<double> mel_band_centers(const MelOptions& options) {
   const std::vector<double> edge = band_edges(checked(options));
-  const std::vector<double> peaks(edge.begin() + 1, edge.end() - 1);
-  if (options.resized_bands == 0) return peaks;
-  std::vector<double> centers;
-  for (const Covered& covered :
-       covered_cells(peaks.size(), static_cast<std::size_t>(options.resized_bands))) {
-    centers.push_back(std::inner_product(covered.weights.begin(), covered.weights.end(),
-                                         peaks.begin() + static_cast<std::ptrdiff_t>(covered.first),
-                                         0.0));
-  }
-  return centers;
+  return means_of({edge.begin() + 1, edge.end() - 1}, options.resized_bands);
+}
+
+std::vector<double> mel_frame_centers(std::size_t count, const MelOptions& options) {
+  mel_extent(count, options);
+  std::vector<double> middles;
+  for (int frame = 0; frame < computed_frames(count, options); ++frame)
+    middles.push_back(frame * options.hop / options.sample_rate);
+  return means_of(middles, options.resized_frames);
 }
 
 int empty_mel_bands(const MelOptions& options) {

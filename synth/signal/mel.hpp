@@ -36,6 +36,11 @@ MelExtent mel_extent(std::size_t count, const MelOptions& options);
 /// @throws InputError  impossible options, as MelSpectrogram
 std::vector<double> mel_band_centers(const MelOptions& options);
 
+/// When frames are [s], as many as mel_extent has: their middles, from that of the clip's first
+/// sample on; of resized frames the means of the frames that they cover.
+/// @throws InputError  as mel_extent
+std::vector<double> mel_frame_centers(std::size_t count, const MelOptions& options);
+
 /// Bands whose triangle holds no bin of the FFT: they would be silent whatever sounds.
 /// @throws InputError  impossible options, as MelSpectrogram, but for such bands
 int empty_mel_bands(const MelOptions& options);

@@ -58,20 +58,38 @@ class MaterialPictures(FolderTest):
         run_json("build", self.write(f"{name}.yaml", text), "-o", output, ranks=ranks)
         return output
 
-    def test_each_region_shows_its_material(self):
+    def halves(self, name, more, ranks=1):
         self.write("materials.yaml", OWN)
         self.write("bar.msh", msh_4(*two_part_bar()))
-        text = ("objects: [{mesh: bar.msh, materials: {left: red_paint, right: rusty_steel}}]\n"
-                "materials_file: materials.yaml\nmodes: {max_modes: 3, order: 2}\nstrikes: {per_object: 1}\n"
-                "audio: {seconds: 0.05 s}\nname: halves\n"
-                "camera: {width: 96, height: 48, azimuth: -90 deg, elevation: 20 deg}\n")
-        run_json("build", self.write("halves.yaml", text), "-o", self.folder / "halves")
-        view, = self.frames(self.folder / "halves").popitem()[1]
-        red, blue = view[..., 0] > view[..., 2] + 40, view[..., 2] > view[..., 0] + 40
+        text = ("objects: [{mesh: bar.msh, name: bar, materials: {left: red_paint, right: rusty_steel}}]\n"
+                f"materials_file: materials.yaml\naudio: {{seconds: 0.1 s}}\nname: {name}\n{more}\n")
+        output = self.folder / name
+        run_json("build", self.write(f"{name}.yaml", text), "-o", output, ranks=ranks)
+        return output
+
+    def expect_halves(self, picture):
+        red, blue = (picture[..., k].astype(int) > picture[..., 2 - k].astype(int) + 40 for k in (0, 2))
         self.assertGreater(red.sum(), 60)
         self.assertGreater(blue.sum(), 60)
-        # Left is along x, which points to the right from here.
+        # Left is along x, which points to the right from -y.
         self.assertLess(numpy.nonzero(red)[1].max(), numpy.nonzero(blue)[1].min() + 3)
+
+    def test_each_region_shows_its_material(self):
+        # Quadratic elements; and what a pitch target chooses, of which the bar's mirror planes are used.
+        for name, modes in (("quadratic", "{max_modes: 3, order: 2}"), ("target", "{max_modes: 3}")):
+            output = self.halves(name, f"modes: {modes}\nstrikes: {{per_object: 1}}\n"
+                                 "camera: {width: 96, height: 48, azimuth: -90 deg, elevation: 20 deg}")
+            with self.subTest(name):
+                view, = self.frames(output).popitem()[1]
+                self.expect_halves(view)
+
+    def test_each_region_shows_its_material_where_it_moves(self):
+        output = self.halves("falling", "modes: {max_modes: 3, order: 1}\nmotion:\n"
+                             "  bodies: [{object: bar, at: [-0.1, 0, 0.1]}]\n"
+                             "  camera: {width: 96, height: 48, rate: 20 Hz, eye: [0, -0.35, 0.17],"
+                             " target: [0, 0, 0.1]}")
+        with h5py.File(output / "index.h5") as index:
+            self.expect_halves(index["frames"][0, 0])
 
     def frames(self, output):
         with h5py.File(output / "index.h5") as index:

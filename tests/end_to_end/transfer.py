@@ -176,7 +176,10 @@ class Transfer(FolderTest):
     def test_activations_are_the_convolution_of_the_sound(self):
         for dataset in self.spectrograms["datasets"]:
             self.assertEqual(len(dataset["band_hz"]), 32)
-            self.assertGreater(dataset["seconds"], 0)
+            # Frames of 0.4 s, the first about its first sample.
+            self.assertEqual(len(dataset["frame_s"]), 12)
+            self.assertEqual(dataset["frame_s"][0], 0)
+            self.assertTrue(0.35 < dataset["frame_s"][-1] <= 0.4)
             found = dataset["activations"]
             sound = numpy.array(found["spectrogram"])
             path = next(self.output.glob(f"evaluation/models/*{dataset['name']}*/"

@@ -121,27 +121,27 @@ TEST(Frame, ColoursOfVerticesTakeTheAppearancesPlace) {
 TEST(Frame, FacesOfOtherMaterialsLookLikeThese) {
   const auto mesh = sphere(1, 96);
   const Appearance red = {{0.8, 0, 0}, 1, 0};
-  FaceLooks parts{{{{0, 0.8, 0}, 1, 0}, {{0, 0, 0.8}, 1, 0}}, {}};
+  FaceLooks faces{{{{0, 0.8, 0}, 1, 0}, {{0, 0, 0.8}, 1, 0}}, {}};
   // Red above, blue below, green between: the look of no face is left out.
   for (const auto& triangle : mesh.triangles) {
     const double z = mesh.vertices[static_cast<std::size_t>(triangle[0])].z();
-    parts.of_faces.push_back(z > 0.3 ? 0 : z < -0.3 ? 2 : 1);
+    faces.of_faces.push_back(z > 0.3 ? 0 : z < -0.3 ? 2 : 1);
   }
   const Camera camera{.width = 101, .height = 101, .azimuth = 0, .elevation = 0};
-  const core::Image image = render_frame(mesh, camera, red, parts);
+  const core::Image image = render_frame(mesh, camera, red, faces);
   const std::array<int, 3> rows = {30, 50, 70};
   for (std::size_t k = 0; k < 3; ++k) {
     const auto seen = pixel(image, 50, rows[k]);
     EXPECT_EQ(std::max_element(seen.begin(), seen.end()) - seen.begin(), std::ptrdiff_t(k));
   }
   // All faces of one look are the body of that look.
-  parts.of_faces.assign(mesh.triangles.size(), 1);
-  EXPECT_EQ(render_frame(mesh, camera, red, parts).pixels,
-            render_frame(mesh, camera, parts.others[0]).pixels);
-  parts.of_faces.back() = 3;
-  EXPECT_THROW(render_frame(mesh, camera, red, parts), core::InputError);
-  parts.of_faces.pop_back();
-  EXPECT_THROW(render_frame(mesh, camera, red, parts), core::InputError);
+  faces.of_faces.assign(mesh.triangles.size(), 1);
+  EXPECT_EQ(render_frame(mesh, camera, red, faces).pixels,
+            render_frame(mesh, camera, faces.others[0]).pixels);
+  faces.of_faces.back() = 3;
+  EXPECT_THROW(render_frame(mesh, camera, red, faces), core::InputError);
+  faces.of_faces.pop_back();
+  EXPECT_THROW(render_frame(mesh, camera, red, faces), core::InputError);
 }
 
 TEST(Frame, IsLitFromTheUpperLeft) {

@@ -105,11 +105,11 @@ TEST(SceneFrame, FacesOfOtherMaterialsLookLikeThese) {
   Scene scene;
   scene.camera = {.width = 121, .height = 121, .eye = {0.6, 0, 0}, .target = {0, 0, 0}};
   SceneBody ball{sphere(0.05, 96), {{0.8, 0, 0}, 1, 0}, {}, {}};
-  ball.parts.others = {{{0, 0.8, 0}, 1, 0}};
+  ball.faces.others = {{{0, 0.8, 0}, 1, 0}};
   // Red above, green below.
   for (const auto& triangle : ball.mesh.triangles) {
     const Vec3& corner = ball.mesh.vertices[static_cast<std::size_t>(triangle[0])];
-    ball.parts.of_faces.push_back(corner.z() > 0 ? 0 : 1);
+    ball.faces.of_faces.push_back(corner.z() > 0 ? 0 : 1);
   }
   scene.bodies.push_back(ball);
   const SceneFrame frame = draw(scene, {{}});
@@ -120,7 +120,7 @@ TEST(SceneFrame, FacesOfOtherMaterialsLookLikeThese) {
   EXPECT_GT(channel(60, 68, 1), channel(60, 68, 0) + 40);
   EXPECT_EQ(frame.mask[at(frame, 60, 52)], 1);
   EXPECT_EQ(frame.mask[at(frame, 60, 68)], 1);
-  scene.bodies[0].parts.of_faces.pop_back();
+  scene.bodies[0].faces.of_faces.pop_back();
   EXPECT_THROW(draw(scene, {{}}), core::InputError);
 }
 

@@ -218,6 +218,24 @@ TEST(MelBands, LieWhereATonesBandIsTheLoudest) {
   EXPECT_NEAR(fewer[3], (centers[6] + centers[7]) / 2, 1e-9);
 }
 
+TEST(MelFrames, LieWhereAClicksFrameIsTheLoudest) {
+  signal::MelOptions options;
+  options.hop = 1024;
+  const std::vector<double> centers = signal::mel_frame_centers(20480, options);
+  ASSERT_EQ(centers.size(), 21U);
+  for (const std::size_t frame : {0U, 7U, 19U}) {
+    std::vector<float> clip(20480);
+    clip[static_cast<std::size_t>(std::lround(centers[frame] * 44100))] = 1;
+    const std::vector<float> cells = signal::MelSpectrogram(options)(clip);
+    const auto row = cells.begin() + 20 * 21;
+    EXPECT_EQ(std::max_element(row, row + 21) - row, static_cast<std::ptrdiff_t>(frame));
+  }
+  options.resized_frames = 7;
+  const std::vector<double> fewer = signal::mel_frame_centers(20480, options);
+  ASSERT_EQ(fewer.size(), 7U);
+  EXPECT_NEAR(fewer[2], centers[7], 1e-12);  // of the frames 6, 7 and 8
+}
+
 TEST(MelSpectrogram, RefusesBandsThatHoldNoBinAndNamesWhatIsResolved) {
   signal::MelOptions options;
   options.fft_size = 512;

@@ -108,7 +108,7 @@ void write_views(const configuration::BuildConfig& config, const plan::Shape& sh
     const auto of_regions = region_materials(config, shape, materials[m], mesh.region_names);
     const DrawnLooks drawn = looks_of(shape, of_regions, looks, surface);
     const std::vector<core::Image> views =
-        render::render_frames(flat, config.cameras, drawn.body, drawn.parts);
+        render::render_frames(flat, config.cameras, drawn.body, drawn.faces);
     std::vector<std::uint8_t> pixels;
     for (const core::Image& view : views)
       pixels.insert(pixels.end(), view.pixels.begin(), view.pixels.end());

@@ -54,12 +54,12 @@ render::Scene picture_of(const SimulationStage& stage, const scene::motion::Moti
     const Actor& actor = *stage.actors[b];
     body.mesh = actor.surface;
     body.appearance = actor.looks.body;
-    body.parts = actor.looks.parts;
+    body.faces = actor.looks.faces;
     body.texture = stage.moving[b].texture;
     if (const auto& texture = motion.bodies[b - first].texture) {
       body.appearance = look_of(*texture).value_or(body.appearance);
       body.appearance.grain = render::looks::Grain::none;  // the texture's face has none
-      body.parts = {};
+      body.faces = {};
       body.deep_color = deep_color;
     }
     scene.bodies.push_back(std::move(body));

@@ -12,7 +12,8 @@ namespace carillon::eval::networks {
 /// long bands ring. Draws from torch's generator.
 /// @param spectrograms  samples x 1 x bands x frames, as a network gets them
 /// @param gain          greatest gain and loss [dB], at six points of the bands, straight between
-/// @return the loudest cell of each is 1 again; empty cells stay empty
+/// @return the loudest cell of each is 1 again; cells at 0, which decibels have below their range,
+///         stay there
 torch::Tensor equalised(const torch::Tensor& spectrograms, const learning::SpectrogramInput& input,
                         double gain);
 

@@ -60,7 +60,7 @@ nn::Sequential isnn(const learning::LayerSizes& sizes, const learning::ModalityE
     }
     layers->push_back(nn::Conv2d(
         nn::Conv2dOptions(channels, layer.filters, {layer.kernel_bands, layer.kernel_frames})));
-    // In this order: the same values, and a fourth of them to go through.
+    // In this order: the same values, and fewer of them to go through.
     layers->push_back(nn::MaxPool2d(nn::MaxPool2dOptions({layer.pool_bands, layer.pool_frames})));
     layers->push_back(nn::ReLU());
     channels = layer.filters;

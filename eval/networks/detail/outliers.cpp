@@ -18,7 +18,7 @@ torch::Tensor normals(std::int64_t count, core::RandomStream& random) {
   return values;
 }
 
-/// Straight between so many normal values of a deviation, from the first to the last of `count`.
+/// Linear interpolation of `knots` normal values, the first and the last at the ends.
 torch::Tensor drawn_curve(std::int64_t knots, std::int64_t count, double deviation,
                           core::RandomStream& random) {
   namespace functional = torch::nn::functional;
@@ -98,16 +98,13 @@ Outliers::Outliers(const learning::Method& method, const learning::ClipFormat& f
   }
   for (std::size_t i = 0; i < coloured_noises + hums; ++i) {
     core::RandomStream random(1, i, "outliers");
-    // As a recording would be: longer than the clip, cut where something begins.
-    core::AudioClip recording;
-    recording.sample_rate = static_cast<int>(std::lround(format.sample_rate()));
+    const std::size_t samples = learning::noise_lengths * format.samples;
     const std::vector<double> noise =
         i < coloured_noises
-            ? coloured_noise(2 * format.samples, format.sample_rate(), random)
-            : synth::recording::generate_noise(synth::recording::NoiseKind::hum, 2 * format.samples,
+            ? coloured_noise(samples, format.sample_rate(), random)
+            : synth::recording::generate_noise(synth::recording::NoiseKind::hum, samples,
                                                format.sample_rate(), random);
-    recording.samples.assign(noise.begin(), noise.end());
-    const std::vector<float> clip = learning::strike_clip(recording, format);
+    const std::vector<float> clip = learning::noise_clip(noise, format);
     for (std::size_t s = 0; s < method.modalities.size(); ++s) {
       torch::Tensor values = noises_[s][static_cast<std::int64_t>(i)];
       const std::span<float> input(values.data_ptr<float>(),

@@ -46,7 +46,7 @@ ordered_json to_json(const DatasetSpectrograms& dataset, const std::string& colo
   }
   return {{"name", dataset.name},
           {"band_hz", dataset.band_hz},
-          {"seconds", core::number_or_null(dataset.seconds)},
+          {"frame_s", dataset.frame_s},
           {"activations",
            {{"key", dataset.keys[activations.sound]},
             {"label", dataset.labels[activations.sound]},

@@ -48,8 +48,10 @@ std::vector<std::uint32_t> some_rows(const std::vector<std::string>& keys, std::
   return rows;
 }
 
-void find_components(const SpectrogramStudy& study, learning::SampleSource& source,
-                     DatasetSpectrograms& dataset) {
+/// @return the sounds' rows
+std::vector<std::uint32_t> find_components(const SpectrogramStudy& study,
+                                           learning::SampleSource& source,
+                                           DatasetSpectrograms& dataset) {
   const learning::ModalityLayout layout =
       learning::require_layout(source, learning::Modality::spectrogram);
   const std::size_t each = learning::values_in(layout.extent);
@@ -58,7 +60,8 @@ void find_components(const SpectrogramStudy& study, learning::SampleSource& sour
   std::vector<double> values;
   const std::vector<std::string> all_labels = source.labels(study.color);
   const std::vector<std::string> all_keys = source.keys();
-  for (const std::uint32_t row : some_rows(all_keys, count)) {
+  const std::vector<std::uint32_t> rows = some_rows(all_keys, count);
+  for (const std::uint32_t row : rows) {
     source.read(learning::Modality::spectrogram, {&row, 1}, read);
     study.method.spectrogram.apply(read);
     values.insert(values.end(), read.begin(), read.end());
@@ -76,7 +79,7 @@ void find_components(const SpectrogramStudy& study, learning::SampleSource& sour
   dataset.bands = static_cast<std::size_t>(layout.extent[1]);
   if (const std::optional<learning::ClipFormat> format = source.clip_format()) {
     dataset.band_hz = synth::signal::mel_band_centers(format->mel);
-    dataset.seconds = static_cast<double>(format->samples) / format->sample_rate();
+    dataset.frame_s = synth::signal::mel_frame_centers(format->samples, format->mel);
   }
   dataset.mean = rounded(std::span(found.mean));
   for (std::size_t k = 0; k < found.fractions.size(); ++k) {
@@ -89,9 +92,10 @@ void find_components(const SpectrogramStudy& study, learning::SampleSource& sour
                                   rounded(std::span(found.components).subspan(k * each, each)),
                                   std::move(along)});
   }
+  return rows;
 }
 
-/// Number of the sound that is next to the mean along the components.
+/// Number of the sound nearest to the mean along the components.
 std::size_t middle_sound(const DatasetSpectrograms& dataset) {
   const auto away = [&](std::size_t sound) {
     double square = 0;
@@ -130,13 +134,13 @@ std::vector<std::size_t> unlike_filters(const networks::Learner::Activations& of
   return chosen;
 }
 
+/// @param rows  of the dataset's sounds
 void find_activations(const networks::Learner& learner, const SpectrogramStudy& study,
-                      learning::SampleSource& source, DatasetSpectrograms& dataset) {
+                      learning::SampleSource& source, const std::vector<std::uint32_t>& rows,
+                      DatasetSpectrograms& dataset) {
   DatasetSpectrograms::Activations& found = dataset.activations;
   found.sound = middle_sound(dataset);
-  const std::vector<std::string> keys = source.keys();
-  const auto row = static_cast<std::uint32_t>(
-      std::find(keys.begin(), keys.end(), dataset.keys[found.sound]) - keys.begin());
+  const std::uint32_t row = rows[found.sound];
   std::vector<float> read(dataset.mean.size());
   source.read(learning::Modality::spectrogram, {&row, 1}, read);
   study.method.spectrogram.apply(read);
@@ -202,9 +206,9 @@ std::optional<std::vector<DatasetSpectrograms>> study_spectrograms(
       const LearningSource& source = sources[trained.source];
       DatasetSpectrograms& dataset = found.emplace_back();
       dataset.name = source.name;
-      find_components(study, *source.samples, dataset);
+      const std::vector<std::uint32_t> rows = find_components(study, *source.samples, dataset);
       const networks::Learner learner = networks::Learner::load(trained.job.folder / "model");
-      find_activations(learner, study, *source.samples, dataset);
+      find_activations(learner, study, *source.samples, rows, dataset);
       find_exciting(learner, dataset);
     }
   });

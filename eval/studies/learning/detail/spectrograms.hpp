@@ -29,7 +29,7 @@ struct DatasetSpectrograms {
   std::string name;
   std::size_t bands = 0;
   std::vector<double> band_hz;            ///< of each band its middle; empty where it is not known
-  double seconds = core::nan;             ///< of the clips; NaN where it is not known
+  std::vector<double> frame_s;            ///< of each frame its middle, likewise
   std::vector<std::string> keys, labels;  ///< of the sounds
   std::vector<double> mean;               ///< picture
   double mean_square = 0;
@@ -43,7 +43,7 @@ struct DatasetSpectrograms {
   /// Of filters that differ: first the one that is excited most, then always the one that is least
   /// alike to those before, of those excited a tenth as much.
   struct Activations {
-    std::size_t sound = 0;            ///< number of the sound, the one next to the components' mean
+    std::size_t sound = 0;  ///< number of the sound nearest to the mean along both components
     std::vector<double> spectrogram;  ///< picture
     std::size_t bands = 0;            ///< of the filters' pictures: where their kernel fits
     struct Filter {
