@@ -6,10 +6,10 @@ import unittest
 
 import h5py
 import numpy
-from scipy.signal import correlate2d
 from browser import expect_report
 from estimate import write_wav
 from program import FolderTest, run, run_json
+from scipy.signal import correlate2d
 
 CONFIG = """
 name: elsewhere
