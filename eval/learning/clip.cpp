@@ -73,6 +73,16 @@ bool ClipPreparer::prepare(Modality modality, std::span<const float> clip,
   return std::any_of(prepared.begin(), prepared.end(), [](float value) { return value != 0; });
 }
 
+namespace {
+
+/// Sample of the loudest strike; 0 where none is found.
+std::size_t onset_in(std::span<const double> signal, double sample_rate) {
+  const features::Segment segment = features::find_segment(signal, sample_rate, {}, 0);
+  return segment.nothing.empty() ? segment.onset : 0;
+}
+
+}  // namespace
+
 std::vector<float> strike_clip(const core::AudioClip& recording, const ClipFormat& format) {
   const auto channels = static_cast<std::size_t>(recording.channels);
   std::vector<double> mono(recording.samples.size() / channels, 0.0);
@@ -84,9 +94,8 @@ std::vector<float> strike_clip(const core::AudioClip& recording, const ClipForma
     mono[i / channels] += value / static_cast<double>(channels);
   }
   if (mono.empty()) throw core::InputError("it has no samples");
-  const features::Segment segment = features::find_segment(mono, recording.sample_rate, {}, 0);
   const std::vector<double> rest =
-      synth::signal::resample(std::span(mono).subspan(segment.nothing.empty() ? segment.onset : 0),
+      synth::signal::resample(std::span(mono).subspan(onset_in(mono, recording.sample_rate)),
                               recording.sample_rate, format.sample_rate());
   std::vector<float> clip(format.samples, 0.0F);
   std::transform(rest.begin(),
@@ -100,9 +109,7 @@ std::vector<float> noise_clip(std::span<const double> noise, const ClipFormat& f
   if (noise.size() != noise_lengths * count) {
     throw core::InputError(fmt::format("{} samples of noise for clips of {}", noise.size(), count));
   }
-  const features::Segment segment =
-      features::find_segment(noise.first(2 * count), format.sample_rate(), {}, 0);
-  const auto cut = noise.subspan(segment.nothing.empty() ? segment.onset : 0, count);
+  const auto cut = noise.subspan(onset_in(noise.first(2 * count), format.sample_rate()), count);
   std::vector<float> clip;
   for (const double value : cut) clip.push_back(static_cast<float>(value));
   return clip;

@@ -23,6 +23,13 @@ core::Image render_frame(const solvers::mesh::SurfaceMesh& /*mesh*/, const Camer
   refuse();
 }
 
+std::vector<core::Image> render_frames(const solvers::mesh::SurfaceMesh& /*mesh*/,
+                                       std::span<const Camera> /*cameras*/,
+                                       const Appearance& /*appearance*/,
+                                       const FaceLooks& /*faces*/) {
+  refuse();
+}
+
 SceneRenderer::SceneRenderer(const Scene& /*scene*/) {
   refuse();
 }

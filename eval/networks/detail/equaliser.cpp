@@ -10,17 +10,19 @@ constexpr std::int64_t points = 6;
 
 }  // namespace
 
+torch::Tensor curves_through(const torch::Tensor& values, std::int64_t count) {
+  namespace functional = torch::nn::functional;
+  return functional::interpolate(values, functional::InterpolateFuncOptions()
+                                             .size(std::vector<std::int64_t>{count})
+                                             .mode(torch::kLinear)
+                                             .align_corners(true));
+}
+
 torch::Tensor equalised(const torch::Tensor& spectrograms, const learning::SpectrogramInput& input,
                         double gain) {
-  namespace functional = torch::nn::functional;
   const std::int64_t samples = spectrograms.size(0), bands = spectrograms.size(2);
   const torch::Tensor drawn = gain * (2 * torch::rand({samples, 1, points}) - 1);
-  const torch::Tensor curve =
-      functional::interpolate(drawn, functional::InterpolateFuncOptions()
-                                         .size(std::vector<std::int64_t>{bands})
-                                         .mode(torch::kLinear)
-                                         .align_corners(true))
-          .unsqueeze(3);
+  const torch::Tensor curve = curves_through(drawn, bands).unsqueeze(3);
   if (input.scale == learning::SpectrogramScale::power) {
     const torch::Tensor louder = spectrograms * torch::exp(curve * (std::log(10.0) / 10));
     return louder / louder.amax({1, 2, 3}, true).clamp_min(1e-30);

@@ -6,6 +6,11 @@
 
 namespace carillon::eval::networks {
 
+/// Straight between values at equal distances, the first and the last at the ends.
+/// @param values  curves x 1 x values
+/// @return curves x 1 x count
+torch::Tensor curves_through(const torch::Tensor& values, std::int64_t count);
+
 /// Each spectrogram as through a drawn equaliser (as FilterAugment, Nam, Kim and Park 2022, with
 /// curves in place of steps): what a place, a microphone or a striker does to the balance of
 /// frequencies tells nothing of the material, and a network that meets all of them listens to how

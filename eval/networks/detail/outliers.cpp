@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <string>
 
 #include "core/random.hpp"
+#include "eval/networks/detail/equaliser.hpp"
 #include "synth/recording/noise_generators.hpp"
 
 namespace carillon::eval::networks {
@@ -18,15 +21,9 @@ torch::Tensor normals(std::int64_t count, core::RandomStream& random) {
   return values;
 }
 
-/// Linear interpolation of `knots` normal values, the first and the last at the ends.
 torch::Tensor drawn_curve(std::int64_t knots, std::int64_t count, double deviation,
                           core::RandomStream& random) {
-  namespace functional = torch::nn::functional;
-  return functional::interpolate(deviation * normals(knots, random).view({1, 1, knots}),
-                                 functional::InterpolateFuncOptions()
-                                     .size(std::vector<std::int64_t>{count})
-                                     .mode(torch::kLinear)
-                                     .align_corners(true))
+  return curves_through(deviation * normals(knots, random).view({1, 1, knots}), count)
       .view({count});
 }
 
@@ -88,13 +85,18 @@ torch::Tensor mixed(const torch::Tensor& first, const torch::Tensor& second,
 
 }  // namespace
 
-Outliers::Outliers(const learning::Method& method, const learning::ClipFormat& format) {
+namespace {
+
+/// Of each modality, noises x extent.
+std::vector<torch::Tensor> made_noises(const learning::Method& method,
+                                       const learning::ClipFormat& format) {
+  std::vector<torch::Tensor> noises;
   const learning::ClipPreparer preparer(format);
   for (const learning::Modality modality : method.modalities) {
     const learning::ModalityExtent extent = preparer.extent(modality);
     std::vector<std::int64_t> all = {static_cast<std::int64_t>(coloured_noises + hums)};
     all.insert(all.end(), extent.begin(), extent.end());
-    noises_.push_back(torch::zeros(all));
+    noises.push_back(torch::zeros(all));
   }
   for (std::size_t i = 0; i < coloured_noises + hums; ++i) {
     core::RandomStream random(1, i, "outliers");
@@ -106,13 +108,27 @@ Outliers::Outliers(const learning::Method& method, const learning::ClipFormat& f
                                                format.sample_rate(), random);
     const std::vector<float> clip = learning::noise_clip(noise, format);
     for (std::size_t s = 0; s < method.modalities.size(); ++s) {
-      torch::Tensor values = noises_[s][static_cast<std::int64_t>(i)];
+      torch::Tensor values = noises[s][static_cast<std::int64_t>(i)];
       const std::span<float> input(values.data_ptr<float>(),
                                    static_cast<std::size_t>(values.numel()));
       preparer.prepare(method.modalities[s], clip, input);
       if (method.modalities[s] == learning::Modality::spectrogram) method.spectrogram.apply(input);
     }
   }
+  return noises;
+}
+
+}  // namespace
+
+Outliers::Outliers(const learning::Method& method, const learning::ClipFormat& format) {
+  // They know no seed and no task: trainings one after the other share them.
+  static std::map<std::string, std::vector<torch::Tensor>> made;
+  const nlohmann::ordered_json of_method = learning::to_json(method);
+  const std::string key = learning::to_json(format).dump() + of_method.at("modalities").dump() +
+                          of_method.at("spectrogram").dump();
+  const auto [found, fresh] = made.try_emplace(key);
+  if (fresh) found->second = made_noises(method, format);
+  noises_ = found->second;
 }
 
 std::vector<torch::Tensor> Outliers::draw(const std::vector<torch::Tensor>& modalities,
