@@ -7,7 +7,7 @@
 #include "core/config.hpp"
 #include "core/error.hpp"
 #include "eval/accuracy/accuracy.hpp"
-#include "eval/studies/picture.hpp"
+#include "eval/scripts/run_script.hpp"
 #include "mpi/comm.hpp"
 
 namespace carillon::cli {
@@ -44,7 +44,7 @@ int run_accuracy(eval::accuracy::AccuracyOptions options, const Context& context
   if (!context.speaks()) return exit_code;
 
   const std::string no_picture =
-      eval::studies::draw_picture("plot_accuracy", output / "accuracy.json");
+      eval::scripts::draw_picture("plot_accuracy", output / "accuracy.json");
   if (context.json) {
     fmt::print("{}\n", findings.document.dump(1));
   } else {

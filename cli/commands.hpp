@@ -31,6 +31,7 @@ void add_preview(Program& program, Context& context);
 void add_realimpact(Program& program, Context& context);
 void add_report(Program& program, Context& context);
 void add_regenerate(Program& program, Context& context);
+void add_score(Program& program, Context& context);
 void add_schema(Program& program, Context& context);
 void add_status(Program& program, Context& context);
 void add_strike(Program& program, Context& context);

@@ -1,8 +1,10 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <memory>
 #include <optional>
+#include <set>
 
 #include "cli/command_line.hpp"
 #include "cli/commands.hpp"
@@ -14,6 +16,7 @@
 #include "dataset/exporters/data_card.hpp"
 #include "dataset/exporters/export.hpp"
 #include "dataset/exporters/export_folder.hpp"
+#include "dataset/exporters/seal.hpp"
 #include "dataset/exporters/whole_dataset.hpp"
 #include "dataset/run/croissant.hpp"
 #include "dataset/stored/stored_dataset.hpp"
@@ -28,7 +31,7 @@ using nlohmann::ordered_json;
 struct ExportOptions {
   std::string dataset, format, output;
   std::string split = "split_shape";
-  std::vector<std::string> arrays;
+  std::vector<std::string> arrays, hidden;
   std::size_t per_shard = 1000;
 };
 
@@ -49,8 +52,59 @@ dataset::exporters::CardSource source_of(const std::filesystem::path& folder,
     throw core::FileError(fmt::format(
         "{} is damaged: `carillon build` of the same configuration writes it anew", path.string()));
   }
-  return {said.value("name", folder.filename().string()), said, options.format, options.split,
-          options.arrays};
+  dataset::exporters::CardSource source = {said.value("name", folder.filename().string()),
+                                           said,
+                                           options.format,
+                                           options.split,
+                                           options.arrays,
+                                           options.hidden};
+  // Whoever has these could make the hidden sounds again, and compare.
+  if (!options.hidden.empty()) {
+    for (const char* key : {"configuration", "shapes", "seed"}) source.said.erase(key);
+  }
+  return source;
+}
+
+/// Arrays that say nothing of a sample's classes but what is heard, seen or felt.
+const std::vector<std::string> perceived = {"audio",  "mel",   "voxels", "frame",
+                                            "frames", "depth", "touch"};
+
+/// Refuses what would tell of hidden samples what --hide hides.
+void check_hidden(const ExportOptions& options) {
+  if (options.hidden.empty()) return;
+  if (options.format == "lhotse") {
+    throw core::InputError("--hide does not go with --format lhotse, whose events are labels",
+                           "wav and webdataset can be without labels");
+  }
+  for (const std::string& name : options.arrays) {
+    if (std::find(perceived.begin(), perceived.end(), name) != perceived.end()) continue;
+    throw core::InputError(fmt::format("--with {} would tell what --hide hides", name),
+                           fmt::format("with it go {}", fmt::join(perceived, ", ")));
+  }
+}
+
+/// Where the key of an export's hidden names is kept: beside it, not in it.
+std::filesystem::path seal_path(const std::filesystem::path& output) {
+  return output.parent_path() / (output.filename().string() + "-sealed.json");
+}
+
+/// The seal of an export that was begun before, or a new one. Rank 0 writes it.
+dataset::exporters::Seal seal_of(const std::filesystem::path& output, const ExportOptions& options,
+                                 const dataset::exporters::ExportedRows& rows) {
+  const std::filesystem::path path = seal_path(output);
+  std::vector<std::string> keys;
+  for (std::size_t row = 0; row < rows.size(); ++row) keys.push_back(rows.key(row));
+  const std::set<std::string> parts(options.hidden.begin(), options.hidden.end());
+  if (std::filesystem::exists(path)) {
+    dataset::exporters::Seal seal = dataset::exporters::read_seal(path);
+    if (seal.is_of(keys) && seal.split == options.split && seal.parts == parts) return seal;
+    throw core::InputError(fmt::format("{} is of another export", path.string()),
+                           "answers for that one could not be scored without it: move it away, or "
+                           "export into another folder");
+  }
+  dataset::exporters::Seal seal = dataset::exporters::make_seal(options.split, parts, keys);
+  dataset::exporters::write_seal(path, seal);
+  return seal;
 }
 
 ordered_json to_json(const std::vector<dataset::exporters::ExportedFile>& files) {
@@ -95,7 +149,7 @@ void write_descriptions(const std::filesystem::path& folder,
     core::write_text_durably(task.output / name, text);
     files.push_back(dataset::exporters::exported_file(task.output, name));
   };
-  if (std::filesystem::exists(folder / "dataset.json")) {
+  if (std::filesystem::exists(folder / "dataset.json") && source.hidden.empty()) {
     add("dataset.json", core::read_file(folder / "dataset.json"));
   }
   add("README.md", dataset::exporters::data_card(source, task.rows, task.index));
@@ -125,9 +179,14 @@ void run_export(const ExportOptions& options, const Context& context) {
     rows.emplace(*index, options.split);
     source = source_of(folder, options);
   });
+  std::string sealed;
   mpi::agreed(context.world, [&] {
-    if (context.speaks()) dataset::exporters::ExportFolder::begin(output);
+    if (!context.speaks()) return;
+    dataset::exporters::ExportFolder::begin(output);
+    if (!options.hidden.empty()) sealed = to_json(seal_of(output, options, *rows)).dump();
   });
+  sealed = mpi::broadcast(sealed, 0, context.world);
+  if (!sealed.empty()) rows->hide(dataset::exporters::seal_from(nlohmann::json::parse(sealed)));
   const dataset::exporters::Export task{output, *index, *rows, mpi::rank(context.world),
                                         mpi::size(context.world)};
   std::vector<dataset::exporters::ExportedFile> files;
@@ -141,14 +200,19 @@ void run_export(const ExportOptions& options, const Context& context) {
   if (!context.speaks()) return;
   const double seconds = core::monotonic_seconds() - start;
   if (context.json) {
-    fmt::print("{}\n", ordered_json{{"output", output.string()},
-                                    {"format", options.format},
-                                    {"samples", rows->size()},
-                                    {"parts", samples_by_part(*rows)},
-                                    {"timing", {{"export_s", seconds}}}}
-                           .dump(1));
+    ordered_json document = {{"output", output.string()},
+                             {"format", options.format},
+                             {"samples", rows->size()},
+                             {"parts", samples_by_part(*rows)},
+                             {"timing", {{"export_s", seconds}}}};
+    if (!sealed.empty()) document["sealed"] = seal_path(output).string();
+    fmt::print("{}\n", document.dump(1));
   } else {
     fmt::print("{}: {} samples\n", output.string(), rows->size());
+    if (!sealed.empty()) {
+      fmt::print("{}: keep it, and to yourself; carillon score --sealed takes it\n",
+                 seal_path(output).string());
+    }
   }
 }
 
@@ -181,9 +245,16 @@ void add_export(Program& program, Context& context) {
   command.option("--per-shard", options->per_shard, "samples of a tar file")
       .show_default()
       .range(std::size_t{1}, std::size_t{1000000});
+  command
+      .option(
+          "--hide", options->hidden,
+          "parts whose samples get names that tell nothing, and no labels: carillon score knows "
+          "them by OUTPUT-sealed.json")
+      .one_of({"test", "validation"});
   command.footer(
       "Examples:\n"
       "  carillon export carillon-smoke --format wav\n"
+      "  carillon export carillon-smoke --format wav --hide test\n"
       "  mpirun -n 4 carillon export kitchen --format webdataset --with mel voxels -o shards\n"
       "  carillon export carillon-dominoes --format lhotse\n"
       "Every export has a README.md, the data card of the Hugging Face Hub, and a croissant.json, "
@@ -194,6 +265,7 @@ void add_export(Program& program, Context& context) {
       throw core::InputError("--with goes with --format webdataset",
                              "the other columns are in metadata.jsonl");
     }
+    check_hidden(*options);
     run_export(*options, context);
   });
 }

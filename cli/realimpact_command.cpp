@@ -12,7 +12,7 @@
 #include "core/units.hpp"
 #include "eval/damping/law_text.hpp"
 #include "eval/recorded_objects/impact_report.hpp"
-#include "eval/studies/picture.hpp"
+#include "eval/scripts/run_script.hpp"
 #include "mpi/comm.hpp"
 
 namespace carillon::cli {
@@ -131,7 +131,7 @@ void run_realimpact(const ImpactOptions& options, Context& context) {
       *folder, rows, solved, how, !options.no_fit, context.cache);
   if (!options.output.empty()) {
     eval::recorded_objects::write_report(options.output, report);
-    const std::string none = eval::studies::draw_picture(
+    const std::string none = eval::scripts::draw_picture(
         "plot_realimpact", std::filesystem::path(options.output) / "report.json");
     if (!none.empty()) fmt::print(stderr, "carillon: {}\n", none);
   }

@@ -1,6 +1,8 @@
 #include "core/hash.hpp"
 
 #include <openssl/evp.h>
+#include <openssl/hmac.h>
+#include <openssl/rand.h>
 
 #include <array>
 #include <new>
@@ -10,6 +12,21 @@
 #include "core/files.hpp"
 
 namespace carillon::core {
+
+namespace {
+
+std::string hexadecimal(std::span<const unsigned char> bytes) {
+  constexpr char digits[] = "0123456789abcdef";
+  std::string text;
+  text.reserve(2 * bytes.size());
+  for (const unsigned char byte : bytes) {
+    text += digits[byte >> 4];
+    text += digits[byte & 15];
+  }
+  return text;
+}
+
+}  // namespace
 
 struct Sha256::State {
   EVP_MD_CTX* context = EVP_MD_CTX_new();
@@ -45,18 +62,30 @@ std::string Sha256::hex() {
     throw Error("SHA-256 failed");
   }
   state_.reset();
-  constexpr char digits[] = "0123456789abcdef";
-  std::string text;
-  text.reserve(2 * size);
-  for (unsigned int i = 0; i < size; ++i) {
-    text += digits[digest[i] >> 4];
-    text += digits[digest[i] & 15];
-  }
-  return text;
+  return hexadecimal(std::span(digest).first(size));
 }
 
 std::string sha256(std::string_view text) {
   return Sha256().add(text).hex();
+}
+
+std::string hmac_sha256(std::string_view secret, std::string_view text) {
+  std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
+  unsigned int size = 0;
+  if (HMAC(EVP_sha256(), secret.data(), static_cast<int>(secret.size()),
+           reinterpret_cast<const unsigned char*>(text.data()), text.size(), digest.data(),
+           &size) == nullptr) {
+    throw Error("HMAC-SHA-256 failed");
+  }
+  return hexadecimal(std::span(digest).first(size));
+}
+
+std::string make_secret() {
+  std::array<unsigned char, 32> bytes{};
+  if (RAND_bytes(bytes.data(), static_cast<int>(bytes.size())) != 1) {
+    throw Error("the system has no random numbers for a secret");
+  }
+  return hexadecimal(bytes);
 }
 
 std::string sha256_file(const std::filesystem::path& path) {

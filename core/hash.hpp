@@ -30,6 +30,12 @@ class Sha256 {
 };
 
 std::string sha256(std::string_view text);
+/// A name for a text that nobody can find who lacks the secret: HMAC-SHA-256 (RFC 2104), 64
+/// hexadecimal digits.
+std::string hmac_sha256(std::string_view secret, std::string_view text);
+/// A secret of 256 random bits, 64 hexadecimal digits (OpenSSL's generator).
+/// @throws Error  the system has none
+std::string make_secret();
 /// @throws FileError  the file cannot be read
 std::string sha256_file(const std::filesystem::path& path);
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -10,6 +11,11 @@ namespace carillon::core {
 
 /// Without blanks and line breaks at either end.
 std::string_view trimmed(std::string_view text);
+
+/// The number that a text is, in every locale alike: nothing where it is anything else or more, or
+/// beyond the type's range. Infinities and NaN are numbers. Defined for double and std::int64_t.
+template <class Number>
+std::optional<Number> number_in(std::string_view text);
 
 /// `a=1,b=2` as pairs in order.
 /// @throws InputError  a part without '='

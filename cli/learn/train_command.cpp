@@ -8,10 +8,10 @@
 #include "core/files.hpp"
 #include "core/progress.hpp"
 #include "dataset/run/run_builds.hpp"
+#include "eval/scripts/run_script.hpp"
 #include "eval/studies/learning/learning_config.hpp"
 #include "eval/studies/learning/run_trainings.hpp"
 #include "eval/studies/learning/search.hpp"
-#include "eval/studies/picture.hpp"
 #include "mpi/comm.hpp"
 #include "mpi/folder_lock.hpp"
 #include "mpi/interrupt.hpp"
@@ -96,7 +96,7 @@ void tell(const eval::studies::TrainingsEnd& end, const std::filesystem::path& m
     std::filesystem::remove(std::filesystem::path(path).replace_extension(picture));
   }
   if (std::none_of(end.trained.begin(), end.trained.end(), has_curves)) return;
-  const std::string no_picture = eval::studies::draw_picture("plot_trainings", path);
+  const std::string no_picture = eval::scripts::draw_picture("plot_trainings", path);
   if (!no_picture.empty()) {
     fmt::print(stderr, "carillon: {}\n", no_picture);
   } else if (!json) {

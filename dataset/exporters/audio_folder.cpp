@@ -38,6 +38,8 @@ void write_sounds(const Export& task) {
       const fs::path path = task.output / sound_path(task.rows, row);
       fs::create_directories(path.parent_path());
       core::write_wav(path, clips[i], audio.format());
+      // Neighbours are of one object: when they were written tells nothing.
+      if (task.rows.is_hidden(row)) fs::last_write_time(path, fs::file_time_type());
     }
     progress.update(static_cast<double>(first + count), task.rows.key(first));
   }

@@ -49,6 +49,7 @@ std::string counts_table(const std::string& column, const ExportedRows& rows,
   std::map<std::string, std::vector<std::size_t>> counts;
   for (std::size_t p = 0; p < parts.size(); ++p) {
     for (const std::size_t row : parts[p].second) {
+      if (rows.is_hidden(row)) continue;
       std::vector<std::size_t>& of_text = counts[texts[row]];
       of_text.resize(parts.size());
       ++of_text[p];
@@ -108,7 +109,10 @@ std::string classes_text(const ExportedRows& rows, const core::Hdf5Group& index)
   for (const char* column : {"material", "family"}) {
     if (index.has(column)) text += counts_table(column, rows, index);
   }
-  return text.empty() ? "" : "## Classes\n\nSamples of each class in each part.\n\n" + text;
+  return text.empty() ? ""
+                      : "## Classes\n\nSamples of each class in each part whose labels are "
+                        "here.\n\n" +
+                            text;
 }
 
 std::string sound_text(const CardSource& source, const core::Hdf5Group& index) {
@@ -208,12 +212,20 @@ std::string making_text(const CardSource& source) {
       fmt::format("Carillon {} built the dataset{} (`carillon build`), and Carillon {} ",
                   versions.value("carillon", "of an unknown version"),
                   configuration.empty() ? "" : " from the configuration below", core::revision());
-  text += fmt::format("exported it:\n\n    carillon export {} --format {} --split {}{}{}\n\n",
+  text += fmt::format("exported it:\n\n    carillon export {} --format {} --split {}{}{}{}{}\n\n",
                       source.name, source.format, source.split,
-                      source.arrays.empty() ? "" : " --with ", fmt::join(source.arrays, " "));
+                      source.arrays.empty() ? "" : " --with ", fmt::join(source.arrays, " "),
+                      source.hidden.empty() ? "" : " --hide ", fmt::join(source.hidden, " "));
+  if (!source.hidden.empty()) {
+    text += fmt::format(
+        "Samples of {} have no labels here, and names that tell nothing. Whoever made this scores "
+        "answers for them: a CSV file with the columns `sample` (the file's name without .wav) and "
+        "`class`, or one of probabilities for each class.\n\n",
+        fmt::join(source.hidden, " and "));
+  }
   text += materials_table(source.said.value("materials", ordered_json::array()));
   text += objects_table(source.said.value("shapes", ordered_json::array()));
-  if (!source.said.empty()) {
+  if (source.said.contains("shapes")) {
     text +=
         "`dataset.json` has every material and object in full, and versions of libraries; "
         "`croissant.json` describes the files (MLCommons Croissant).\n\n";

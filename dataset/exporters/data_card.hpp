@@ -11,11 +11,12 @@ namespace carillon::dataset::exporters {
 
 /// What a data card says of an export beside its rows.
 struct CardSource {
-  std::string name;                 ///< of the dataset
-  nlohmann::ordered_json said;      ///< dataset.json; an empty object where there is none
-  std::string format;               ///< `wav`, `webdataset` or `lhotse`
-  std::string split;                ///< column that says which part a sample is in
-  std::vector<std::string> arrays;  ///< columns that are .npy members
+  std::string name;                      ///< of the dataset
+  nlohmann::ordered_json said;           ///< dataset.json; an empty object where there is none
+  std::string format;                    ///< `wav`, `webdataset` or `lhotse`
+  std::string split;                     ///< column that says which part a sample is in
+  std::vector<std::string> arrays;       ///< columns that are .npy members
+  std::vector<std::string> hidden = {};  ///< parts without labels
 };
 
 /// README.md of an export, the card of a dataset on the Hugging Face Hub: a YAML header with the

@@ -88,7 +88,8 @@ void read_labels(const core::Hdf5Group& index, const ExportedRows::Column& colum
 
 }  // namespace
 
-ExportedRows::ExportedRows(const core::Hdf5Group& index, const std::string& split) : index_(index) {
+ExportedRows::ExportedRows(const core::Hdf5Group& index, const std::string& split)
+    : index_(index), split_(split) {
   if (!index.has("key")) throw core::InputError("the dataset has no samples");
   if (!index.has(split) || index.is_group(split) || !index.is_text(split)) {
     throw core::InputError(
@@ -113,9 +114,24 @@ void ExportedRows::add(const std::string& name) {
   columns_.push_back({name, stored, label_type(stored), unit, label_names(name, extent)});
 }
 
+void ExportedRows::hide(const Seal& seal) {
+  hidden_.assign(size(), false);
+  for (std::size_t row = 0; row < size(); ++row) {
+    if (!seal.parts.contains(parts_[row])) continue;
+    hidden_[row] = true;
+    keys_[row] = seal.id_of(keys_[row]);
+    ids_[row] = std::stoull(keys_[row].substr(0, 16), nullptr, 16);
+  }
+}
+
 std::map<std::string, std::vector<std::size_t>> ExportedRows::by_part() const {
   std::map<std::string, std::vector<std::size_t>> parts;
   for (std::size_t row = 0; row < size(); ++row) parts[part(row)].push_back(row);
+  for (auto& [part, rows] : parts) {
+    if (!is_hidden(rows.front())) continue;
+    std::sort(rows.begin(), rows.end(),
+              [&](std::size_t a, std::size_t b) { return keys_[a] < keys_[b]; });
+  }
   return parts;
 }
 
@@ -137,6 +153,12 @@ std::vector<ordered_json> ExportedRows::labels(std::span<const std::size_t> rows
     } else {
       read_labels<std::int64_t>(index_, column, rows, order, labels);
     }
+  }
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (!is_hidden(rows[i])) continue;
+    for (auto& [name, value] : labels[i].items()) value = nullptr;
+    labels[i]["key"] = key(rows[i]);
+    labels[i][split_] = part(rows[i]);
   }
   return labels;
 }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/hdf5.hpp"
+#include "dataset/exporters/seal.hpp"
 
 namespace carillon::dataset::exporters {
 
@@ -30,11 +31,16 @@ class ExportedRows {
   /// @throws InputError  no samples, or no such column
   ExportedRows(const core::Hdf5Group& index, const std::string& split);
 
+  /// From here on samples of the seal's parts go by its names, and have no labels but their part.
+  void hide(const Seal& seal);
+  bool is_hidden(std::size_t row) const { return !hidden_.empty() && hidden_[row]; }
+
   std::size_t size() const { return keys_.size(); }
+  /// Or, of a hidden one, its name.
   const std::string& key(std::size_t row) const { return keys_[row]; }
   /// `train`, `validation` or `test`.
   const std::string& part(std::size_t row) const { return parts_[row]; }
-  /// Rows of each part, ascending.
+  /// Rows of each part, ascending; hidden ones by their names, as neighbours are of one object.
   std::map<std::string, std::vector<std::size_t>> by_part() const;
   /// Random but fixed: rows in its order are shuffled.
   std::uint64_t id(std::size_t row) const { return ids_[row]; }
@@ -51,6 +57,8 @@ class ExportedRows {
   std::vector<Column> columns_;
   std::vector<std::string> keys_, parts_;
   std::vector<std::uint64_t> ids_;
+  std::string split_;
+  std::vector<bool> hidden_;  ///< empty: none is
 };
 
 /// Labels of samples that are wanted one after the other, read many at a time: rows in the order of

@@ -204,10 +204,10 @@ SeedsSummary interval_over_seeds(const TestedSamples& tested,
 AccuracyDifference accuracy_difference(const TestedSamples& tested,
                                        std::span<const std::vector<std::size_t>> first,
                                        std::span<const std::vector<std::size_t>> second,
-                                       double probability) {
+                                       AccuracyKind kind, double probability) {
   check_probability(probability);
-  const Spread one = spread_of(tested, first, AccuracyKind::plain);
-  const Spread other = spread_of(tested, second, AccuracyKind::plain);
+  const Spread one = spread_of(tested, first, kind);
+  const Spread other = spread_of(tested, second, kind);
   AccuracyDifference difference{one.mean - other.mean, {nan, nan}};
   if (one.influences.size() < 2) return difference;
   std::vector<double> influences = one.influences;

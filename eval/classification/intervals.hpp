@@ -78,6 +78,7 @@ struct AccuracyDifference {
 AccuracyDifference accuracy_difference(const TestedSamples& tested,
                                        std::span<const std::vector<std::size_t>> first,
                                        std::span<const std::vector<std::size_t>> second,
+                                       AccuracyKind kind = AccuracyKind::plain,
                                        double probability = 0.95);
 
 }  // namespace carillon::eval::classification

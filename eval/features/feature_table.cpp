@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <charconv>
 #include <cmath>
 #include <numbers>
 #include <optional>
@@ -15,6 +14,7 @@
 #include "core/csv.hpp"
 #include "core/error.hpp"
 #include "core/numbers.hpp"
+#include "core/text.hpp"
 
 namespace carillon::eval::features {
 
@@ -139,12 +139,12 @@ struct Line {
                                    row.cells.size(), column.name, column.place + 1));
     }
     const std::string_view text = row.cells[column.place];
-    double value = 0;
-    const auto read = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (read.ec != std::errc() || read.ptr != text.data() + text.size()) {
+    const std::optional<double> number = core::number_in<double>(text);
+    if (!number) {
       throw InputError(
           fmt::format("{}: {} is \"{}\", which is no number", row.place, column.name, text));
     }
+    const double value = *number;
     if (!std::isfinite(value) || value < 0 || (value == 0 && !zero_allowed)) {
       throw InputError(
           fmt::format("{}: {} must be {}, not {}", row.place, column.name,

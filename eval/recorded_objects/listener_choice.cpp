@@ -4,7 +4,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <charconv>
 #include <set>
 
 #include "core/error.hpp"
@@ -81,10 +80,9 @@ std::size_t choose(const ImpactFolder& folder, const ListenerChoice& choice,
 ListenerChoice parse_listener_choice(const std::string& text) {
   ListenerChoice choice;
   if (text == "nearest") return choice;
-  std::uint64_t number = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (error == std::errc() && end == text.data() + text.size()) {
-    choice.number = number;
+  const auto number = core::number_in<std::int64_t>(text);
+  if (number && *number >= 0) {
+    choice.number = static_cast<std::uint64_t>(*number);
     return choice;
   }
   for (const auto& [key, value] : core::parse_assignments(text)) {

@@ -1,6 +1,6 @@
 // Files of answers: what was written comes back, and what does not fit together is refused before
 // anybody counts with it.
-#include "eval/studies/learning/detail/answers.hpp"
+#include "eval/scoring/answers.hpp"
 
 #include <gtest/gtest.h>
 
@@ -12,16 +12,16 @@
 namespace carillon::eval {
 namespace {
 
-studies::Answers two_samples() {
-  const studies::PartAnswers part{{"a", "b"}, {0, 1}, {3, 4}, {5, 6}, {0.5f, -1, 2, 0}};
+scoring::Answers two_samples() {
+  const scoring::PartAnswers part{{"a", "b"}, {0, 1}, {3, 4}, {5, 6}, {0.5f, -1, 2, 0}};
   return {{"steel", "wood"}, part, part};
 }
 
 TEST(AnswersFile, ComesBack) {
   const core::TemporaryFolder folder;
   const std::string path = test::written(folder, "answers.h5", "");
-  studies::write_answers(path, two_samples());
-  const studies::Answers read = studies::read_answers(path);
+  scoring::write_answers(path, two_samples());
+  const scoring::Answers read = scoring::read_answers(path);
   EXPECT_EQ(read.classes, two_samples().classes);
   EXPECT_EQ(read.test.keys, two_samples().test.keys);
   EXPECT_EQ(read.test.scores, two_samples().test.scores);
@@ -31,22 +31,22 @@ TEST(AnswersFile, IsRefusedWhereLabelsAreNoClasses) {
   const core::TemporaryFolder folder;
   const std::string path = test::written(folder, "answers.h5", "");
   for (const std::int32_t label : {-1, 2}) {
-    studies::Answers answers = two_samples();
+    scoring::Answers answers = two_samples();
     answers.test.labels[1] = label;
-    studies::write_answers(path, answers);
-    EXPECT_THROW(studies::read_answers(path), core::FileError);
+    scoring::write_answers(path, answers);
+    EXPECT_THROW(scoring::read_answers(path), core::FileError);
   }
 }
 
 TEST(AnswersFile, IsRefusedWhereArraysDiffer) {
   const core::TemporaryFolder folder;
   const std::string path = test::written(folder, "answers.h5", "");
-  studies::Answers fewer = two_samples();
+  scoring::Answers fewer = two_samples();
   fewer.classes.pop_back();  // two scores of each sample, one class
   fewer.test.labels = fewer.validation.labels = {0, 0};
-  studies::Answers uneven = two_samples();
+  scoring::Answers uneven = two_samples();
   uneven.validation.strikes.pop_back();
-  for (const studies::Answers& answers : {fewer, uneven}) {
+  for (const scoring::Answers& answers : {fewer, uneven}) {
     {
       const core::Hdf5Group file = core::Hdf5Group::create_file(path);
       file.write<std::string>("classes", answers.classes, {answers.classes.size()});
@@ -60,7 +60,7 @@ TEST(AnswersFile, IsRefusedWhereArraysDiffer) {
         group.write<float>("scores", part->scores, {part->scores.size()});
       }
     }
-    EXPECT_THROW(studies::read_answers(path), core::FileError);
+    EXPECT_THROW(scoring::read_answers(path), core::FileError);
   }
 }
 

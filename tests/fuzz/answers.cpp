@@ -1,4 +1,4 @@
-#include "eval/studies/learning/detail/answers.hpp"
+#include "eval/scoring/answers.hpp"
 
 #include "core/hdf5.hpp"
 #include "tests/fuzz/fuzz.hpp"
@@ -72,12 +72,12 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
         }
       }
     }
-    const eval::studies::Answers answers = eval::studies::read_answers(file.path());
-    for (const eval::studies::PartAnswers* part : {&answers.validation, &answers.test}) {
-      eval::studies::true_classes(*part);
-      eval::studies::likely_classes(*part, answers.classes.size());
-      eval::studies::groups_of(*part, "split_shape");
-      eval::studies::confusion_of(*part, answers.classes.size());
+    const eval::scoring::Answers answers = eval::scoring::read_answers(file.path());
+    for (const eval::scoring::PartAnswers* part : {&answers.validation, &answers.test}) {
+      eval::scoring::true_classes(*part);
+      eval::scoring::likely_classes(*part, answers.classes.size());
+      eval::scoring::groups_of(*part, "split_shape");
+      eval::scoring::confusion_of(*part, answers.classes.size());
     }
   });
   return 0;

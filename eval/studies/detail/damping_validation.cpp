@@ -7,12 +7,12 @@
 #include "core/files.hpp"
 #include "core/progress.hpp"
 #include "core/trace.hpp"
+#include "eval/scripts/run_script.hpp"
 #include "eval/studies/detail/damping_fits.hpp"
 #include "eval/studies/detail/damping_tables.hpp"
 #include "eval/studies/detail/sound_features.hpp"
 #include "eval/studies/detail/stage.hpp"
 #include "eval/studies/evaluation.hpp"
-#include "eval/studies/picture.hpp"
 #include "mpi/comm.hpp"
 #include "mpi/journal.hpp"
 #include "mpi/made_by.hpp"
@@ -185,7 +185,7 @@ EvaluationEnd Run::finish(double seconds) {
     core::write_text_durably(folder_ / "damping-fits.csv",
                              fits_csv(validation_, datasets_, fits_, results_));
     timing_["tables_s"] = core::monotonic_seconds() - start;
-    const std::string no_picture = draw_picture("plot_damping_validation", path);
+    const std::string no_picture = scripts::draw_picture("plot_damping_validation", path);
     timing_["picture_s"] = core::monotonic_seconds() - start - timing_["tables_s"].get<double>();
     timing_["damping_s"] = seconds + core::monotonic_seconds() - start;
     bool worked = false;

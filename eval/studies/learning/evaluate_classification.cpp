@@ -3,10 +3,10 @@
 #include "core/files.hpp"
 #include "core/progress.hpp"
 #include "core/trace.hpp"
+#include "eval/scripts/run_script.hpp"
 #include "eval/studies/learning/detail/classification.hpp"
 #include "eval/studies/learning/detail/published_accuracies.hpp"
 #include "eval/studies/learning/sections.hpp"
-#include "eval/studies/picture.hpp"
 #include "mpi/comm.hpp"
 #include "mpi/interrupt.hpp"
 #include "mpi/made_by.hpp"
@@ -55,7 +55,7 @@ std::string keep(const Classification& found, const fs::path& folder) {
   core::write_text_durably(path, to_json(found).dump(1) + "\n");
   core::write_text_durably(folder / "classification.csv", to_csv(found));
   core::write_text_durably(folder / "classification.md", to_text(found));
-  return draw_picture("plot_classification", path);
+  return scripts::draw_picture("plot_classification", path);
 }
 
 EvaluationEnd run(const ClassificationSpec& spec, const EvaluatedDatasets& datasets,

@@ -5,9 +5,9 @@
 #include "core/files.hpp"
 #include "core/json.hpp"
 #include "core/trace.hpp"
+#include "eval/scripts/run_script.hpp"
 #include "eval/studies/learning/detail/spectrograms.hpp"
 #include "eval/studies/learning/sections.hpp"
-#include "eval/studies/picture.hpp"
 #include "mpi/comm.hpp"
 #include "mpi/interrupt.hpp"
 
@@ -98,7 +98,7 @@ EvaluationEnd run(const SpectrogramStudy& study, const EvaluatedDatasets& datase
     }
     const fs::path path = folder / "spectrograms.json";
     core::write_text_durably(path, document.dump() + "\n");
-    const std::string no_picture = draw_picture("plot_spectrograms", path);
+    const std::string no_picture = scripts::draw_picture("plot_spectrograms", path);
     document["output"] = folder.string();
     document["timing"] = {{"spectrograms_s", core::monotonic_seconds() - start}};
     end.text = fmt::format("{}{}: spectrograms.json{}\n", to_text(*found, study.color),

@@ -2,9 +2,9 @@
 
 #include "core/files.hpp"
 #include "core/trace.hpp"
+#include "eval/scripts/run_script.hpp"
 #include "eval/studies/learning/detail/transfer.hpp"
 #include "eval/studies/learning/sections.hpp"
-#include "eval/studies/picture.hpp"
 #include "mpi/comm.hpp"
 #include "mpi/interrupt.hpp"
 #include "mpi/made_by.hpp"
@@ -31,7 +31,7 @@ EvaluationEnd run(const TransferSpec& spec, const EvaluatedDatasets& datasets,
     const fs::path path = folder / "transfer.json";
     core::write_text_durably(path, document.dump(1) + "\n");
     core::write_text_durably(folder / "transfer.md", text);
-    const std::string no_picture = draw_picture("plot_transfer", path);
+    const std::string no_picture = scripts::draw_picture("plot_transfer", path);
     document["output"] = folder.string();
     document["timing"] = {{"transfer_s", core::monotonic_seconds() - start}};
     keep_evaluation_trace(folder / "transfer-trace.json", true, {{"timing", document["timing"]}},

@@ -10,7 +10,7 @@
 #include "eval/learning/dataset_source.hpp"
 #include "eval/learning/recordings_source.hpp"
 #include "eval/learning/selected_source.hpp"
-#include "eval/studies/learning/detail/clean_split.hpp"
+#include "eval/scoring/clean_split.hpp"
 #include "mpi/comm.hpp"
 
 namespace carillon::eval::studies {
@@ -80,7 +80,8 @@ std::unique_ptr<learning::SampleSource> open_source(
   }
   mpi::agreed(world, [&] {
     if (mpi::rank(world) != 0) return;
-    for (const std::string& split : splits_of(config)) require_clean_split(condition.folder, split);
+    for (const std::string& split : splits_of(config))
+      scoring::require_clean_split(condition.folder, split);
   });
   mpi::agreed(world,
               [&] { source = learning::open_dataset_source(condition.folder, config.listener); });

@@ -10,7 +10,7 @@
 #include "core/json.hpp"
 #include "core/progress.hpp"
 #include "core/random.hpp"
-#include "eval/studies/learning/detail/tables.hpp"
+#include "eval/scoring/tables.hpp"
 #include "eval/studies/learning/run_trainings.hpp"
 
 namespace carillon::eval::studies {
@@ -228,9 +228,9 @@ std::string to_text(const std::vector<SearchFindings>& searches) {
       const TrainingRecord& record = search.trials[t].record;
       const TrainingRecord::Learnt learnt = record.learnt.value_or(TrainingRecord::Learnt{});
       text += fmt::format("  {:>7} %  loss {:>7}  {:>9} numbers  {:>8}  {}\n",
-                          percent(record.validation_accuracy), figure(learnt.validation_loss, 4),
-                          learnt.parameters, core::human_duration(record.seconds),
-                          settings(search.trials[t]));
+                          scoring::percent(record.validation_accuracy),
+                          scoring::figure(learnt.validation_loss, 4), learnt.parameters,
+                          core::human_duration(record.seconds), settings(search.trials[t]));
     }
     if (search.trials.size() > shown) {
       text += fmt::format("  and {} more\n", search.trials.size() - shown);

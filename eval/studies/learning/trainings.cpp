@@ -14,7 +14,7 @@
 #include "core/trace.hpp"
 #include "eval/networks/nearest_neighbour.hpp"
 #include "eval/recognition/recognition.hpp"
-#include "eval/studies/learning/detail/answers.hpp"
+#include "eval/scoring/answers.hpp"
 #include "eval/studies/learning/detail/mpi_learning.hpp"
 #include "mpi/comm.hpp"
 #include "mpi/interrupt.hpp"
@@ -133,7 +133,7 @@ namespace {
 struct Learnt {
   std::unique_ptr<networks::Learner> learner;  ///< none of neighbours
   networks::Trained trained;
-  Answers answers;
+  scoring::Answers answers;
   std::optional<recognition::Recognition> recognition;
 };
 
@@ -171,7 +171,7 @@ void answer(const TrainingJob& job, learning::SampleSource& source,
             Learnt& learnt) {
   const auto answers_for = [&](learning::Part part) {
     const std::vector<std::uint32_t> rows = samples.rows(part);
-    PartAnswers answers = asked(samples, rows);
+    scoring::PartAnswers answers = scoring::asked(samples, rows);
     answers.scores = learnt.learner
                          ? learnt.learner->predict(source, samples, rows, ranks)
                          : networks::ask_neighbours(job.method, source, samples, rows, ranks);
@@ -186,18 +186,19 @@ void try_recognition(const TrainingJob& job, learning::SampleSource& source,
                      const learning::LabelledSamples& samples, const networks::LearningRanks& ranks,
                      Learnt& learnt, TrainingRecord& record) {
   if (!learnt.learner || !learning::only_hears(job.method) || !source.clip_format()) return;
-  const Answers& answers = learnt.answers;
+  const scoring::Answers& answers = learnt.answers;
   learnt.recognition = recognition::learn_recognition(*learnt.learner, source, samples,
                                                       answers.validation.scores, ranks);
-  record.recognition = recognition::try_recognition(*learnt.recognition, *learnt.learner, source,
-                                                    samples, answers.test.scores,
-                                                    groups_of(answers.test, job.task.split), ranks);
+  record.recognition = recognition::try_recognition(
+      *learnt.recognition, *learnt.learner, source, samples, answers.test.scores,
+      scoring::groups_of(answers.test, job.task.split), ranks);
 }
 
-void add_accuracies(TrainingRecord& record, const Answers& answers) {
+void add_accuracies(TrainingRecord& record, const scoring::Answers& answers) {
   const std::size_t classes = answers.classes.size();
-  const classification::Confusion tested = confusion_of(answers.test, classes);
-  record.validation_accuracy = classification::accuracy(confusion_of(answers.validation, classes));
+  const classification::Confusion tested = scoring::confusion_of(answers.test, classes);
+  record.validation_accuracy =
+      classification::accuracy(scoring::confusion_of(answers.validation, classes));
   record.test_accuracy = classification::accuracy(tested);
   record.test_balanced_accuracy = classification::balanced_accuracy(tested);
 }
@@ -214,7 +215,7 @@ void keep(const TrainingJob& job, const Learnt& learnt, const TrainingRecord& re
   }
   if (learnt.recognition)
     recognition::save_recognition(job.folder / "recognition", *learnt.recognition);
-  write_answers(job.folder / "answers.h5", learnt.answers);
+  scoring::write_answers(job.folder / "answers.h5", learnt.answers);
   core::write_text_durably(job.folder / "training.json", to_json(record).dump(1) + "\n");
   std::filesystem::remove(job.folder / "checkpoint");
 }

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "eval/studies/learning/detail/tables.hpp"
+#include "eval/scoring/tables.hpp"
 #include "eval/studies/learning/detail/transfer.hpp"
 
 namespace carillon::eval::studies {
@@ -46,12 +46,12 @@ ordered_json transfer_json(const TransferSpec& spec, const EvaluatedDatasets& da
                          {"method", row.method},
                          {"fraction", row.fraction},
                          {"samples", row.samples},
-                         {"own", accuracy_json(row.own)},
-                         {"target", accuracy_json(row.there)},
-                         {"target_balanced", accuracy_json(row.balanced_there)},
+                         {"own", scoring::accuracy_json(row.own)},
+                         {"target", scoring::accuracy_json(row.there)},
+                         {"target_balanced", scoring::accuracy_json(row.balanced_there)},
                          {"target_unknown", nullptr},
                          {"classes", row.classes},
-                         {"target_confusion", counts_json(row.confusion_there)},
+                         {"target_confusion", scoring::counts_json(row.confusion_there)},
                          {"less_home", to_json(row.less_home)},
                          {"gain", to_json(row.gain)},
                          {"confusion_norm", nullptr},
@@ -80,15 +80,16 @@ std::string heard_text(const std::vector<TransferRow>& rows) {
   for (const TransferRow& row : rows) {
     if (!row.heard || lines.back().front() == row.trained_on) continue;
     const HeardDifference& heard = *row.heard;
-    lines.push_back({row.trained_on, fmt::format("{}", heard.sounds), figure(heard.pitch, 2),
-                     figure(heard.decay, 2), figure(heard.level, 2), figure(100 * heard.matched, 1),
-                     figure(100 * heard.loudness, 1)});
+    lines.push_back({row.trained_on, fmt::format("{}", heard.sounds),
+                     scoring::figure(heard.pitch, 2), scoring::figure(heard.decay, 2),
+                     scoring::figure(heard.level, 2), scoring::figure(100 * heard.matched, 1),
+                     scoring::figure(100 * heard.loudness, 1)});
   }
   if (lines.size() == 1) return "";
   return "\nThe same strikes in the target, to a listener: medians of errors of modes in "
          "just-noticeable differences, of the target's energy in modes that are matched, and of "
          "the difference in sone/Bark; percent.\n\n" +
-         markdown(lines);
+         scoring::markdown(lines);
 }
 
 }  // namespace
@@ -107,14 +108,14 @@ std::string transfer_text(const TransferSpec& spec, const EvaluatedDatasets& dat
       mixes.push_back(
           {fmt::format("{:.0f} %", 100 * row.fraction), row.method,
            row.kind == LearntFrom::mixed ? datasets.conditions()[*spec.mixed_with].name : "-",
-           samples, with_interval(row.there), with_interval(row.less_home)});
+           samples, scoring::with_interval(row.there), scoring::with_interval(row.less_home)});
       continue;
     }
     elsewhere.push_back(
-        {row.trained_on, row.method, samples, with_interval(row.own), with_interval(row.there),
-         with_interval(row.balanced_there),
+        {row.trained_on, row.method, samples, scoring::with_interval(row.own),
+         scoring::with_interval(row.there), scoring::with_interval(row.balanced_there),
          row.unknown_there ? fmt::format("{:.1f}", 100 * *row.unknown_there) : "-",
-         with_interval(row.less_home), with_interval(row.gain),
+         scoring::with_interval(row.less_home), scoring::with_interval(row.gain),
          row.confusion_norm
              ? fmt::format("{:.3f} of {} classes", *row.confusion_norm, row.compared_classes)
              : "-",
@@ -127,12 +128,12 @@ std::string transfer_text(const TransferSpec& spec, const EvaluatedDatasets& dat
     text += fmt::format(
         "\nLearnt in one condition, tested where it learnt and in the target; gains over {}; "
         "percent.\n\n{}",
-        datasets.conditions()[spec.against].name, markdown(elsewhere));
+        datasets.conditions()[spec.against].name, scoring::markdown(elsewhere));
   }
   text += heard_text(rows);
   if (mixes.size() > 1) {
     text += "\nTraining sets with fractions of the target's own samples; percent.\n\n" +
-            markdown(mixes);
+            scoring::markdown(mixes);
   }
   return text;
 }

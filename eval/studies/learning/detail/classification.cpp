@@ -13,7 +13,7 @@ namespace {
 struct Group {
   std::vector<const TrainedClassifier*> classifiers;
   std::vector<std::string> classes;
-  SeedAnswers test;
+  scoring::SeedAnswers test;
 
   const TrainingJob& job() const { return classifiers.front()->job; }
   std::size_t source() const { return classifiers.front()->source; }
@@ -25,10 +25,10 @@ struct Group {
 std::vector<Group> grouped(const std::vector<TrainedClassifier>& trained) {
   std::vector<Group> groups;
   for (const TrainedClassifier& one : trained) {
-    const Answers answers = read_answers(one.job.folder / "answers.h5");
+    const scoring::Answers answers = scoring::read_answers(one.job.folder / "answers.h5");
     if (groups.empty() || !groups.back().is_of_same(one) ||
         groups.back().job().method.name != one.job.method.name) {
-      groups.push_back({{}, answers.classes, SeedAnswers(one.job.task.split)});
+      groups.push_back({{}, answers.classes, scoring::SeedAnswers(one.job.task.split)});
     }
     groups.back().classifiers.push_back(&one);
     groups.back().test.add(answers.test, answers.classes);

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "eval/studies/learning/detail/seed_answers.hpp"
+#include "eval/scoring/seed_answers.hpp"
 #include "eval/studies/learning/run_trainings.hpp"
 
 namespace carillon::eval::studies {
@@ -27,7 +27,7 @@ struct ClassificationRow {
   std::vector<std::uint64_t> seeds;
   std::size_t samples = 0, groups = 0;  ///< held out
   std::vector<std::string> classes;
-  std::optional<Estimate> accuracy, balanced_accuracy;
+  std::optional<scoring::Estimate> accuracy, balanced_accuracy;
   classification::Confusion confusion;
   double validation_accuracy = core::nan;  ///< mean over seeds; NaN where one has none
   std::int64_t parameters = 0;             ///< that were learnt
@@ -40,9 +40,9 @@ struct ClassificationRow {
     double accuracy = 0;
   };
   std::optional<Published> published;
-  bool chosen = false;                   ///< best on the validation samples, which alone may choose
-  std::optional<Estimate> difference{};  ///< from the chosen one, on the same samples
-  std::string difference_from{};         ///< the chosen one's method
+  bool chosen = false;  ///< best on the validation samples, which alone may choose
+  std::optional<scoring::Estimate> difference{};  ///< from the chosen one, on the same samples
+  std::string difference_from{};                  ///< the chosen one's method
 };
 
 /// What `evaluate.classification` found.

@@ -7,9 +7,9 @@
 #include "core/csv.hpp"
 #include "core/json.hpp"
 #include "core/progress.hpp"
+#include "eval/scoring/seed_answers.hpp"
+#include "eval/scoring/tables.hpp"
 #include "eval/studies/learning/detail/classification.hpp"
-#include "eval/studies/learning/detail/seed_answers.hpp"
-#include "eval/studies/learning/detail/tables.hpp"
 
 namespace carillon::eval::studies {
 
@@ -43,10 +43,10 @@ ordered_json to_json(const ClassificationRow& row) {
       {"samples", row.samples},
       {"groups", row.groups},
       {"classes", row.classes},
-      {"accuracy", accuracy_json(row.accuracy)},
-      {"balanced_accuracy", accuracy_json(row.balanced_accuracy)},
+      {"accuracy", scoring::accuracy_json(row.accuracy)},
+      {"balanced_accuracy", scoring::accuracy_json(row.balanced_accuracy)},
       {"recalls", recalls},
-      {"confusion", counts_json(row.confusion)},
+      {"confusion", scoring::counts_json(row.confusion)},
       {"validation_accuracy", core::number_or_null(row.validation_accuracy)},
       {"parameters", row.parameters},
       {"training_s", core::number_or_null(row.training_s)},
@@ -73,14 +73,15 @@ std::string accuracy_table(const Rows& rows) {
   if (published) cells.front().emplace_back("paper");
   for (const ClassificationRow* row : rows) {
     cells.push_back({row->method, row->modalities, fmt::format("{}", row->seeds.size()),
-                     with_interval(row->accuracy),
-                     row->chosen ? "chosen" : with_interval(row->difference),
-                     with_interval(row->balanced_accuracy),
-                     row->accuracy ? percent(row->accuracy->deviation) : "-",
+                     scoring::with_interval(row->accuracy),
+                     row->chosen ? "chosen" : scoring::with_interval(row->difference),
+                     scoring::with_interval(row->balanced_accuracy),
+                     row->accuracy ? scoring::percent(row->accuracy->deviation) : "-",
                      fmt::format("{}", row->parameters), core::human_duration(row->training_s)});
-    if (published) cells.back().push_back(row->published ? percent(row->published->accuracy) : "-");
+    if (published)
+      cells.back().push_back(row->published ? scoring::percent(row->published->accuracy) : "-");
   }
-  return markdown(cells);
+  return scoring::markdown(cells);
 }
 
 /// Of those that only hear: how right their confidences are, and what they make of other sounds.
@@ -91,19 +92,19 @@ std::string recognition_table(const Rows& rows) {
   for (const ClassificationRow* row : rows) {
     if (!row->recognition) continue;
     const recognition::RecognitionTrial& found = *row->recognition;
-    std::string method = row->method, accepted = percent(found.accepted),
-                error = fmt::format("{} ({} by chance)", percent(found.calibration_error),
-                                    percent(found.calibration_by_chance));
+    std::string method = row->method, accepted = scoring::percent(found.accepted),
+                error = fmt::format("{} ({} by chance)", scoring::percent(found.calibration_error),
+                                    scoring::percent(found.calibration_by_chance));
     for (const auto& [name, unknown] : found.unknown) {
       cells.push_back({method, error, accepted, name,
-                       with_interval(Estimate{unknown.auroc, unknown.auroc95}),
-                       percent(unknown.accepted)});
+                       scoring::with_interval(scoring::Estimate{unknown.auroc, unknown.auroc95}),
+                       scoring::percent(unknown.accepted)});
       method = error = accepted = "";
     }
   }
-  return cells.size() == 1
-             ? ""
-             : "\nHow sure they are, and of what they are not (percent):\n\n" + markdown(cells);
+  return cells.size() == 1 ? ""
+                           : "\nHow sure they are, and of what they are not (percent):\n\n" +
+                                 scoring::markdown(cells);
 }
 
 /// Recall of each class, and which other it is taken for most often.
@@ -118,12 +119,12 @@ std::string recall_table(const ClassificationRow& row) {
       all += count;
       if (k != c && count > 0 && (other == c || count > row.confusion.at(c, other))) other = k;
     }
-    cells.push_back({row.classes[c], fmt::format("{}", all), percent(recalls[c]),
+    cells.push_back({row.classes[c], fmt::format("{}", all), scoring::percent(recalls[c]),
                      other == c
                          ? "-"
                          : fmt::format("{} ({})", row.classes[other], row.confusion.at(c, other))});
   }
-  return markdown(cells);
+  return scoring::markdown(cells);
 }
 
 /// Of published sets that stand beside: what is not the same.
@@ -214,7 +215,8 @@ std::string to_csv(const Classification& found) {
       cells.push_back(fmt::format("{}", count));
     }
     for (const auto& estimate : {row.accuracy, row.balanced_accuracy, row.difference}) {
-      const Estimate known = estimate.value_or(Estimate{core::nan, {core::nan, core::nan}});
+      const scoring::Estimate known =
+          estimate.value_or(scoring::Estimate{core::nan, {core::nan, core::nan}});
       for (const double value : {known.mean, known.interval95.low, known.interval95.high}) {
         cells.push_back(number(value));
       }

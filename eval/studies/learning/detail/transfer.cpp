@@ -8,11 +8,11 @@
 
 #include "core/error.hpp"
 #include "eval/recognition/recognition.hpp"
-#include "eval/studies/learning/detail/answers.hpp"
+#include "eval/scoring/answers.hpp"
+#include "eval/scoring/seed_answers.hpp"
 #include "eval/studies/learning/detail/mpi_learning.hpp"
 #include "eval/studies/learning/detail/open_condition.hpp"
 #include "eval/studies/learning/detail/sample_costs.hpp"
-#include "eval/studies/learning/detail/seed_answers.hpp"
 #include "eval/studies/learning/learning_sources.hpp"
 #include "eval/studies/learning/trainings.hpp"
 #include "mpi/comm.hpp"
@@ -101,13 +101,14 @@ class Run {
   std::optional<KeyedSounds> target_sounds_;     ///< once they are compared
   std::vector<std::optional<double>> sample_s_;  ///< of each dataset
   std::vector<TransferRow> rows_;
-  std::vector<SeedAnswers> there_;   ///< of each row, in the target
-  std::vector<std::string> inputs_;  ///< of each row: what it was trained with
+  std::vector<scoring::SeedAnswers> there_;  ///< of each row, in the target
+  std::vector<std::string> inputs_;          ///< of each row: what it was trained with
 };
 
 /// The samples of a part whose keys begin with a source's number.
-PartAnswers answers_of(const PartAnswers& part, char source, std::size_t classes) {
-  PartAnswers own;
+scoring::PartAnswers answers_of(const scoring::PartAnswers& part, char source,
+                                std::size_t classes) {
+  scoring::PartAnswers own;
   for (std::size_t i = 0; i < part.samples(); ++i) {
     if (part.keys[i].front() != source) continue;
     own.keys.push_back(part.keys[i]);
@@ -128,7 +129,7 @@ bool Run::learn(learning::SampleSource& other, const std::vector<Selection>& sel
   });
   learning::TaskSpec task = spec_.task;
   task.except.clear();  // none of them is selected
-  SeedAnswers own(task.split), there(task.split);
+  scoring::SeedAnswers own(task.split), there(task.split);
   std::string inputs;
   std::vector<double> unknown;
   for (const learning::Method& seeded : with_seeds(method, spec_.seeds)) {
@@ -141,14 +142,14 @@ bool Run::learn(learning::SampleSource& other, const std::vector<Selection>& sel
     const JobEnd end = run_job(job, *source, world_);
     if (end.interrupted) return false;
     mpi::agreed(world_, [&] {
-      const Answers answers = read_answers(job.folder / "answers.h5");
+      const scoring::Answers answers = scoring::read_answers(job.folder / "answers.h5");
       own.add(answers_of(answers.test, '0', answers.classes.size()), answers.classes);
-      const PartAnswers target = answers_of(answers.test, '1', answers.classes.size());
+      const scoring::PartAnswers target = answers_of(answers.test, '1', answers.classes.size());
       there.add(target, answers.classes);
       if (learning::only_hears(method) && answers.classes.size() > 1 && target.samples() > 0 &&
           answers.validation.samples() > 0) {
         unknown.push_back(recognition::unknown_fraction(answers.validation.scores,
-                                                        true_classes(answers.validation),
+                                                        scoring::true_classes(answers.validation),
                                                         target.scores, answers.classes.size()));
       }
       row.samples = end.record.train_samples;
@@ -191,7 +192,7 @@ std::vector<TransferRow> Run::compared() const {
   const std::string& against = datasets_.conditions()[spec_.against].name;
   std::vector<TransferRow> rows = rows_;
   for (std::size_t r = 0; r < rows.size(); ++r) {
-    const auto less = [&](std::size_t other) -> std::optional<Estimate> {
+    const auto less = [&](std::size_t other) -> std::optional<scoring::Estimate> {
       if (other == rows.size() || inputs_[other] == inputs_[r]) return std::nullopt;  // itself
       return there_[r].less(there_[other]);
     };

@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "eval/classification/confusion_chance.hpp"
+#include "eval/scoring/seed_answers.hpp"
 #include "eval/studies/datasets.hpp"
 #include "eval/studies/learning/detail/heard_difference.hpp"
-#include "eval/studies/learning/detail/seed_answers.hpp"
 #include "eval/studies/learning/learning_config.hpp"
 
 namespace carillon::eval::studies {
@@ -47,17 +47,18 @@ struct TransferRow {
   LearntFrom kind = LearntFrom::elsewhere;
   std::string trained_on;  ///< name of the dataset; "mixed" and "target alone" of mixes
   std::string method;
-  double fraction = 0;                     ///< of the target's own samples in training
-  std::size_t samples = 0;                 ///< for training
-  std::optional<Estimate> own;             ///< accuracy where it learnt, if elsewhere
-  std::optional<Estimate> there;           ///< accuracy in the target condition
-  std::optional<Estimate> balanced_there;  ///< mean of the classes' recalls there
+  double fraction = 0;                              ///< of the target's own samples in training
+  std::size_t samples = 0;                          ///< for training
+  std::optional<scoring::Estimate> own;             ///< accuracy where it learnt, if elsewhere
+  std::optional<scoring::Estimate> there;           ///< accuracy in the target condition
+  std::optional<scoring::Estimate> balanced_there;  ///< mean of the classes' recalls there
   /// Fraction of the target's sounds that networks which only hear take for none of their classes.
   std::optional<double> unknown_there;
   std::vector<std::string> classes;           ///< of the answers
   classification::Confusion confusion_there;  ///< of all seeds together
-  std::optional<Estimate> less_home;  ///< by how much that is above what the target's own teach
-  std::optional<Estimate> gain;       ///< and above what the dataset `against` teaches
+  std::optional<scoring::Estimate>
+      less_home;                          ///< by how much that is above what the target's own teach
+  std::optional<scoring::Estimate> gain;  ///< and above what the dataset `against` teaches
   /// Frobenius norm of the difference of their confusions in both (Sterling 2019, Fig. 4.13), of
   /// fractions of all seeds' answers; what chance alone makes of it; how many classes were
   /// compared.

@@ -8,7 +8,7 @@
 #include "eval/classification/confusion.hpp"
 #include "eval/learning/task.hpp"
 
-namespace carillon::eval::studies {
+namespace carillon::eval::scoring {
 
 /// What a classifier says of the samples of one part.
 struct PartAnswers {
@@ -45,4 +45,4 @@ void write_answers(const std::filesystem::path& path, const Answers& answers);
 ///                    together
 Answers read_answers(const std::filesystem::path& path);
 
-}  // namespace carillon::eval::studies
+}  // namespace carillon::eval::scoring

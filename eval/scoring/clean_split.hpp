@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <string>
 
-namespace carillon::eval::studies {
+namespace carillon::eval::scoring {
 
 /// Holds a dataset's splits against what is stored: no object in two parts, no strike, no room, no
 /// stretch of noise (`carillon check`).
@@ -11,4 +11,4 @@ namespace carillon::eval::studies {
 /// @throws InputError  a leak; says which
 void require_clean_split(const std::filesystem::path& folder, const std::string& split);
 
-}  // namespace carillon::eval::studies
+}  // namespace carillon::eval::scoring

@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "eval/studies/learning/detail/seed_answers.hpp"
+#include "eval/scoring/seed_answers.hpp"
 
-namespace carillon::eval::studies {
+namespace carillon::eval::scoring {
 
 /// A number with so many digits after the point, "-" for one that is not finite.
 std::string figure(double number, int digits);
@@ -18,4 +18,4 @@ std::string with_interval(const std::optional<Estimate>& estimate);
 /// A Markdown table, columns as wide as their widest cell; the first row is the header.
 std::string markdown(const std::vector<std::vector<std::string>>& rows);
 
-}  // namespace carillon::eval::studies
+}  // namespace carillon::eval::scoring

@@ -1,4 +1,4 @@
-#include "eval/studies/learning/detail/answers.hpp"
+#include "eval/scoring/answers.hpp"
 
 #include <fmt/format.h>
 
@@ -9,7 +9,7 @@
 #include "core/hdf5.hpp"
 #include "eval/classification/score_rows.hpp"
 
-namespace carillon::eval::studies {
+namespace carillon::eval::scoring {
 
 namespace {
 
@@ -96,4 +96,4 @@ Answers read_answers(const std::filesystem::path& path) {
   return answers;
 }
 
-}  // namespace carillon::eval::studies
+}  // namespace carillon::eval::scoring

@@ -1,11 +1,11 @@
-#include "eval/studies/learning/detail/tables.hpp"
+#include "eval/scoring/tables.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-namespace carillon::eval::studies {
+namespace carillon::eval::scoring {
 
 std::string figure(double number, int digits) {
   return !std::isfinite(number) ? "-" : fmt::format("{:.{}f}", number, digits);
@@ -39,4 +39,4 @@ std::string markdown(const std::vector<std::vector<std::string>>& rows) {
   return text;
 }
 
-}  // namespace carillon::eval::studies
+}  // namespace carillon::eval::scoring

@@ -1,4 +1,4 @@
-#include "eval/studies/learning/detail/seed_answers.hpp"
+#include "eval/scoring/seed_answers.hpp"
 
 #include <algorithm>
 #include <set>
@@ -8,7 +8,7 @@
 #include "core/numbers.hpp"
 #include "core/random.hpp"
 
-namespace carillon::eval::studies {
+namespace carillon::eval::scoring {
 
 nlohmann::ordered_json to_json(const std::optional<Estimate>& estimate) {
   if (!estimate) return nullptr;
@@ -68,7 +68,9 @@ std::optional<Estimate> SeedAnswers::summary(classification::AccuracyKind kind,
   return Estimate{seeds.mean, bounds, seeds.deviation};
 }
 
-std::optional<Estimate> SeedAnswers::less(const SeedAnswers& others) const {
+std::optional<Estimate> SeedAnswers::less(const SeedAnswers& others,
+                                          classification::AccuracyKind kind,
+                                          double probability) const {
   if (empty() || others.keys_ != keys_) return std::nullopt;
   // What others alone know is one class more, and wrong here.
   std::vector<std::size_t> own_number;
@@ -83,7 +85,7 @@ std::optional<Estimate> SeedAnswers::less(const SeedAnswers& others) const {
   classification::TestedSamples all = tested();
   all.classes += 1;
   const classification::AccuracyDifference difference =
-      classification::accuracy_difference(all, predicted_, theirs);
+      classification::accuracy_difference(all, predicted_, theirs, kind, probability);
   return Estimate{difference.mean, difference.bounds};
 }
 
@@ -93,4 +95,4 @@ classification::NormByChance SeedAnswers::norm_by_chance(const SeedAnswers& othe
                                                   {others.tested(), others.predicted_}, random);
 }
 
-}  // namespace carillon::eval::studies
+}  // namespace carillon::eval::scoring

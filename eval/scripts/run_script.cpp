@@ -1,6 +1,7 @@
-#include "eval/studies/picture.hpp"
+#include "eval/scripts/run_script.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cstdlib>
 #include <vector>
@@ -8,14 +9,14 @@
 #include "core/near_program.hpp"
 #include "solvers/mesher/child_process.hpp"
 
-namespace carillon::eval::studies {
+namespace carillon::eval::scripts {
 
 namespace {
 
 namespace fs = std::filesystem;
 
-/// The scripts exit with this where matplotlib is missing.
-constexpr int no_matplotlib = 4;
+/// The scripts exit with this where their module is missing.
+constexpr int no_module = 4;
 
 fs::path find_script(const std::string& name) {
   // Installed (carillon-learn in ../libexec/carillon), or in a build's folder or its tests'.
@@ -46,22 +47,29 @@ std::vector<fs::path> pythons() {
 
 }  // namespace
 
-std::string draw_picture(const std::string& name, const fs::path& document) {
+std::string run_script(const std::string& name, const std::vector<std::string>& arguments,
+                       const std::string& module) {
   const fs::path script = find_script(name);
-  if (script.empty()) return fmt::format("no picture: scripts/{} was not found", name);
-  std::string reason = "no picture: there is no python3";
+  if (script.empty()) return fmt::format("scripts/{} was not found", name);
+  std::vector<std::string> words = {script.string()};
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  std::string reason = "there is no python3";
   for (const fs::path& python : pythons()) {
-    const auto exit =
-        solvers::mesher::run_child(python, {script.string(), document.string()}, /*seconds=*/300);
+    const auto exit = solvers::mesher::run_child(python, words, /*seconds=*/300);
     if (exit.code == 0 && exit.signal == 0) return "";
-    // Where matplotlib is there and something else is wrong, the next Python would hide it.
-    if (exit.code != no_matplotlib) {
-      return fmt::format("no picture: {} failed: {}", script.string(), exit.output);
+    // Where the module is there and something else is wrong, the next Python would hide it.
+    if (exit.code != no_module) {
+      return fmt::format("{} failed: {}", script.string(), exit.output);
     }
-    reason = fmt::format("no picture: {} has no matplotlib; with one that has, run {} {}",
-                         python.string(), script.string(), document.string());
+    reason = fmt::format("{} has no {}; with one that has, run {}", python.string(), module,
+                         fmt::join(words, " "));
   }
   return reason;
 }
 
-}  // namespace carillon::eval::studies
+std::string draw_picture(const std::string& script, const fs::path& document) {
+  const std::string reason = run_script(script, {document.string()}, "matplotlib");
+  return reason.empty() ? "" : "no picture: " + reason;
+}
+
+}  // namespace carillon::eval::scripts

@@ -1,4 +1,4 @@
-#include "eval/studies/learning/detail/clean_split.hpp"
+#include "eval/scoring/clean_split.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -8,7 +8,7 @@
 #include "core/error.hpp"
 #include "dataset/check/leaks.hpp"
 
-namespace carillon::eval::studies {
+namespace carillon::eval::scoring {
 
 void require_clean_split(const std::filesystem::path& folder, const std::string& split) {
   const dataset::check::DatasetFolder opened = dataset::check::open_folder(folder, "");
@@ -30,4 +30,4 @@ void require_clean_split(const std::filesystem::path& folder, const std::string&
   }
 }
 
-}  // namespace carillon::eval::studies
+}  // namespace carillon::eval::scoring

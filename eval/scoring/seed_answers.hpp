@@ -7,9 +7,9 @@
 
 #include "eval/classification/confusion_chance.hpp"
 #include "eval/classification/intervals.hpp"
-#include "eval/studies/learning/detail/answers.hpp"
+#include "eval/scoring/answers.hpp"
 
-namespace carillon::eval::studies {
+namespace carillon::eval::scoring {
 
 /// An accuracy, or a difference of two.
 struct Estimate {
@@ -49,7 +49,12 @@ class SeedAnswers {
                                   const std::string& inputs) const;
   /// How much more is right than of others' answers for the same samples, who may know other
   /// classes; nothing for no samples, or where they answered for others.
-  std::optional<Estimate> less(const SeedAnswers& others) const;
+  /// @param kind         of accuracy
+  /// @param probability  of its interval
+  std::optional<Estimate> less(
+      const SeedAnswers& others,
+      classification::AccuracyKind kind = classification::AccuracyKind::plain,
+      double probability = 0.95) const;
   /// Norms of the difference of confusions with others, for other samples of the same classes, that
   /// chance alone makes.
   classification::NormByChance norm_by_chance(const SeedAnswers& others) const;
@@ -64,4 +69,4 @@ class SeedAnswers {
   std::vector<std::vector<std::size_t>> predicted_;
 };
 
-}  // namespace carillon::eval::studies
+}  // namespace carillon::eval::scoring
