@@ -62,9 +62,10 @@ void add_score(Program& program, Context& context) {
               "what was asked: a column of labels (material, family, label_NAME; geometry: which "
               "shape), a task of --tasks; damping, modes: of each object that is held out")
       .required();
-  command.option("--answers", options->answers,
-                 "CSV, .npz, .npy or .parquet with columns sample and class, or one of "
-                 "probabilities for each class; each file is an entry. Without it: the board alone");
+  command.option(
+      "--answers", options->answers,
+      "CSV, .npz, .npy or .parquet with columns sample and class, or one of "
+      "probabilities for each class; each file is an entry. Without it: the board alone");
   command.option("--name", options->name, "of the entry (default: the file's)");
   command.option("--tasks", options->tasks,
                  "configuration whose section train.tasks has the task, with groups of labels or "

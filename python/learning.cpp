@@ -7,6 +7,7 @@
 #include "eval/learning/batches.hpp"
 #include "eval/learning/dataset_source.hpp"
 #include "eval/learning/half.hpp"
+#include "eval/scoring/score.hpp"
 #include "python/runtime.hpp"
 
 namespace carillon::python {
@@ -80,10 +81,28 @@ py::array_t<float> prepared(const std::string& folder, std::size_t listener,
   return array;
 }
 
+/// @param answers  files and names of their entries
+std::string score(const std::string& dataset, const std::string& task,
+                  const std::vector<std::pair<std::string, std::string>>& answers,
+                  const std::string& tasks, const std::string& sealed, const std::string& output) {
+  eval::scoring::ScoreRequest request{dataset, task, {}, tasks, sealed, output};
+  for (const auto& [path, name] : answers) request.answers.push_back({path, name});
+  start_solver();
+  return interruptible([request](const Waiting&) {
+    const eval::scoring::Scored scored = eval::scoring::score(request);
+    return nlohmann::ordered_json{{"entries", scored.entries},
+                                  {"leaderboard", to_json(scored.board)},
+                                  {"folder", scored.folder.string()},
+                                  {"text", to_text(scored.board)}}
+        .dump();
+  });
+}
+
 }  // namespace
 
 void bind_learning(py::module_& module) {
   module.def("prepared", &prepared);
+  module.def("score", &score);
 }
 
 }  // namespace carillon::python

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <functional>
 #include <map>
 #include <span>
@@ -112,6 +113,17 @@ void add_gallery(const NamedDatasets& datasets, std::size_t bytes, const PageReq
   }
 }
 
+/// Names of the files that `carillon score` wrote in an evaluation's folder, in their order.
+std::vector<std::string> leaderboards_in(const std::filesystem::path& folder) {
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    const std::string name = entry.path().filename().string();
+    if (name.starts_with("leaderboard-") && name.ends_with(".json")) names.push_back(name);
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
 /// Of the nightly runs the last one, which tells of those before.
 void add_nightly(const ReportFolders& found, ordered_json& report) {
   if (found.nightly_runs.empty()) return;
@@ -127,8 +139,8 @@ ordered_json collect(const ReportFolders& found, const PageRequest& request) {
   ordered_json report = {{"title", fmt::format("{}", fmt::join(request.folders, ", "))},
                          {"made", request.made},
                          {"notes", ordered_json::array()}};
-  for (const char* list :
-       {"datasets", "sweeps", "studies", "damping", "classification", "transfer", "nightly_runs"}) {
+  for (const char* list : {"datasets", "sweeps", "studies", "damping", "classification", "transfer",
+                           "leaderboards", "nightly_runs"}) {
     report[list] = ordered_json::array();
   }
   report["gallery"] = {{"total", 0},
@@ -152,6 +164,9 @@ ordered_json collect(const ReportFolders& found, const PageRequest& request) {
     add("damping", "damping.json", read_damping);
     add("classification", "classification.json", read_classification);
     add_document(report, "transfer", folder, "transfer.json", "rows");
+    for (const std::string& name : leaderboards_in(folder)) {
+      add_document(report, "leaderboards", folder, name, "rows");
+    }
   }
   const std::size_t rest = std::min(full_page, report_page(report).size());
   add_gallery(datasets, std::max(min_objects_bytes, full_page - rest), request, report);

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "core/hash.hpp"

@@ -12,10 +12,10 @@ namespace carillon::dataset::exporters {
 /// samples' names were made. Samples' own keys name their object and material, and their ids follow
 /// from these; whoever has the configuration could make them all.
 struct Seal {
-  std::string secret;              ///< core::make_secret()
-  std::string split;               ///< column that says which samples are hidden
-  std::set<std::string> parts;     ///< of it, those that are
-  std::string dataset;             ///< hash of the dataset's keys
+  std::string secret;           ///< core::make_secret()
+  std::string split;            ///< column that says which samples are hidden
+  std::set<std::string> parts;  ///< of it, those that are
+  std::string dataset;          ///< hash of the dataset's keys
 
   /// Name of a hidden sample: 32 hexadecimal digits of core::hmac_sha256() of its key.
   std::string id_of(const std::string& key) const;

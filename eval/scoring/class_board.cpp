@@ -141,8 +141,8 @@ RowName name_of(const BoardRow& row) {
   return {row.is_trained_here, row.entry};
 }
 
-/// Whether a difference is below zero beyond a level of chance. Groups that differ all alike have no
-/// variance: then as the sign test has it.
+/// Whether a difference is below zero beyond a level of chance. Groups that differ all alike have
+/// no variance: then as the sign test has it.
 bool is_less(const SeedAnswers& own, const std::optional<Estimate>& difference, double level) {
   if (!difference || !(difference->mean < 0)) return false;
   if (!std::isnan(difference->interval95.high)) return difference->interval95.high < 0;
@@ -167,7 +167,9 @@ std::string asked_of(const TestSet& set, const SeedAnswers* any) {
       "seeds; the difference from the first is of the same samples, and told apart where it is "
       "beyond chance among all rows.",
       set.classes.size(), set.task.column, fmt::join(set.classes, ", "), set.asked.samples(),
-      any == nullptr ? "" : fmt::format(" of {} {}", any->groups(), set.task.split == "split_shape" ? "objects" : "strikes"),
+      any == nullptr ? ""
+                     : fmt::format(" of {} {}", any->groups(),
+                                   set.task.split == "split_shape" ? "objects" : "strikes"),
       set.task.split);
 }
 

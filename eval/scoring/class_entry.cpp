@@ -35,8 +35,8 @@ struct ClassColumns {
 };
 
 ClassColumns class_columns(const core::CsvTable& table, const TestSet& set) {
-  const auto sample = table.column("sample").has_value() ? table.column("sample")
-                                                         : table.column("key");
+  const auto sample =
+      table.column("sample").has_value() ? table.column("sample") : table.column("key");
   const std::string asks = fmt::format(
       "a column \"sample\" names the samples, and either \"class\" or one column for each of {} "
       "answers",
@@ -49,10 +49,10 @@ ClassColumns class_columns(const core::CsvTable& table, const TestSet& set) {
     const bool known = name == "sample" || name == "key" || name == "class" || name == "seed" ||
                        std::find(set.classes.begin(), set.classes.end(), name) != set.classes.end();
     if (known) continue;
-    throw core::InputError(fmt::format("{}: column \"{}\" is none of the classes{}",
-                                       table.head.place, name,
-                                       core::did_you_mean(name, set.classes)),
-                           asks);
+    throw core::InputError(
+        fmt::format("{}: column \"{}\" is none of the classes{}", table.head.place, name,
+                    core::did_you_mean(name, set.classes)),
+        asks);
   }
   if (columns.answer) return columns;
   std::vector<std::string> missing;
@@ -77,17 +77,17 @@ const std::string& cell_of(const core::CsvRow& row, std::size_t column) {
 }
 
 /// Logarithms of one row's probabilities.
-std::vector<float> logarithms(const core::CsvRow& row, const ClassColumns& columns, const TestSet& set) {
+std::vector<float> logarithms(const core::CsvRow& row, const ClassColumns& columns,
+                              const TestSet& set) {
   std::vector<float> scores(set.classes.size(), no_chance);
   if (columns.answer) {
     const std::string& name = cell_of(row, *columns.answer);
     const auto at = std::find(set.classes.begin(), set.classes.end(), name);
     if (at == set.classes.end()) {
-      throw core::InputError(
-          fmt::format("{}: {} is no class of task {}{}", row.place,
-                      name.empty() ? "nothing" : "\"" + name + "\"", set.task.name,
-                      core::did_you_mean(name, set.classes)),
-          fmt::format("there are {}", fmt::join(set.classes, ", ")));
+      throw core::InputError(fmt::format("{}: {} is no class of task {}{}", row.place,
+                                         name.empty() ? "nothing" : "\"" + name + "\"",
+                                         set.task.name, core::did_you_mean(name, set.classes)),
+                             fmt::format("there are {}", fmt::join(set.classes, ", ")));
     }
     scores[static_cast<std::size_t>(at - set.classes.begin())] = 0;
     return scores;
@@ -97,8 +97,8 @@ std::vector<float> logarithms(const core::CsvRow& row, const ClassColumns& colum
     const std::string& text = cell_of(row, columns.probabilities[c]);
     const std::optional<double> value = core::number_in<double>(text);
     if (!value || !(*value >= 0) || !std::isfinite(*value)) {
-      throw core::InputError(fmt::format("{}: \"{}\" is no probability of {}", row.place, text,
-                                         set.classes[c]));
+      throw core::InputError(
+          fmt::format("{}: \"{}\" is no probability of {}", row.place, text, set.classes[c]));
     }
     sum += *value;
     if (*value > 0) scores[c] = std::max(no_chance, static_cast<float>(std::log(*value)));
@@ -186,20 +186,20 @@ ClassEntry read_class_entry(const core::CsvTable& table, const std::string& name
     for (const auto& [id, row] : set.row_of) {
       if (given.place[row].empty()) missing.push_back(id);
     }
-    refuse(missing,
-           fmt::format("{}: {} of {} test samples have no answer{}", table.head.place,
-                       missing.size(), set.row_of.size(),
-                       columns.seed ? fmt::format(" of seed {}", seed) : ""),
-           "every test sample counts; answer the likeliest class where a method is unsure");
+    refuse(
+        missing,
+        fmt::format("{}: {} of {} test samples have no answer{}", table.head.place, missing.size(),
+                    set.row_of.size(), columns.seed ? fmt::format(" of seed {}", seed) : ""),
+        "every test sample counts; answer the likeliest class where a method is unsure");
     entry.seeds.push_back(seed);
     entry.answers.push_back(std::move(given.answers));
   }
   for (const auto& [part, count] : other_parts) {
-    entry.notes.push_back(fmt::format(
-        "{} answers for samples {} are passed over", count,
-        part == learning::Part::train        ? "to learn from"
-        : part == learning::Part::validation ? "of the validation part"
-                                             : "of the test part that are of none of the classes"));
+    entry.notes.push_back(fmt::format("{} answers for samples {} are passed over", count,
+                                      part == learning::Part::train ? "to learn from"
+                                      : part == learning::Part::validation
+                                          ? "of the validation part"
+                                          : "of the test part that are of none of the classes"));
   }
   return entry;
 }
@@ -262,8 +262,7 @@ EntryCalibration calibration_of(const ClassEntry& entry, const TestSet& set) {
   EntryCalibration mean;
   for (const PartAnswers& answers : entry.answers) {
     const std::vector<double> scores(answers.scores.begin(), answers.scores.end());
-    const std::vector<double> probabilities =
-        classification::softmax({scores, set.classes.size()});
+    const std::vector<double> probabilities = classification::softmax({scores, set.classes.size()});
     const classification::ScoreRows rows{probabilities, set.classes.size()};
     core::RandomStream random(0, core::stable_hash(entry.name), "score.calibration");
     mean.error += classification::expected_calibration_error(

@@ -65,7 +65,8 @@ std::vector<std::filesystem::path> kept_entries(const std::filesystem::path& eva
   const std::filesystem::path folder = entries_folder(evaluation, task);
   if (!std::filesystem::is_directory(folder)) return found;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-    if (std::filesystem::is_regular_file(entry.path() / "entry.json")) found.push_back(entry.path());
+    if (std::filesystem::is_regular_file(entry.path() / "entry.json"))
+      found.push_back(entry.path());
   }
   std::sort(found.begin(), found.end());
   return found;
@@ -94,8 +95,12 @@ ordered_json to_json(const Leaderboard& board) {
                     {"difference", to_json(row.difference)},
                     {"told_apart", row.is_told_apart}});
   }
-  return {{"dataset", board.dataset}, {"task", board.task},   {"asked", board.asked},
-          {"more_is_better", board.more_is_better}, {"rows", rows}, {"notes", board.notes}};
+  return {{"dataset", board.dataset},
+          {"task", board.task},
+          {"asked", board.asked},
+          {"more_is_better", board.more_is_better},
+          {"rows", rows},
+          {"notes", board.notes}};
 }
 
 std::string to_text(const Leaderboard& board) {
@@ -145,9 +150,8 @@ std::string to_csv(const Leaderboard& board) {
       const bool compares = m == 0 && row.difference.has_value();
       text += core::csv_line(
           {fmt::format("{}", r + 1), row.entry, row.is_trained_here ? "1" : "0",
-           fmt::format("{}", row.seeds), measure.name, measure.unit,
-           number(measure.estimate.mean), number(measure.estimate.interval95.low),
-           number(measure.estimate.interval95.high),
+           fmt::format("{}", row.seeds), measure.name, measure.unit, number(measure.estimate.mean),
+           number(measure.estimate.interval95.low), number(measure.estimate.interval95.high),
            compares ? number(row.difference->mean) : "",
            compares ? (row.is_told_apart ? "1" : "0") : ""});
     }

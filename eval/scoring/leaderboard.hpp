@@ -22,7 +22,7 @@ struct Measure {
 /// How one entry did.
 struct BoardRow {
   std::string entry;
-  bool is_trained_here = false;        ///< a classifier of the configuration's own, not handed in
+  bool is_trained_here = false;  ///< a classifier of the configuration's own, not handed in
   std::size_t seeds = 1;
   std::vector<Measure> measures;       ///< the first one ranks
   std::optional<Estimate> difference;  ///< of the first measure from the first row's, on the same

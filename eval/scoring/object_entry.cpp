@@ -36,8 +36,8 @@ ObjectColumns object_columns(const core::CsvTable& table, ObjectTask task) {
           : "object (or sample) and frequency_hz";
   const std::vector<std::string> known =
       task == ObjectTask::damping
-          ? std::vector<std::string>{"object", "sample", "frequency_hz", "decay_rate_per_s",
-                                     "alpha1", "alpha2"}
+          ? std::vector<std::string>{"object",           "sample", "frequency_hz",
+                                     "decay_rate_per_s", "alpha1", "alpha2"}
           : std::vector<std::string>{"object", "sample", "frequency_hz"};
   const auto fail = [&](const std::string& what) {
     throw core::InputError(fmt::format("{}: {}", table.head.place, what),
@@ -45,17 +45,17 @@ ObjectColumns object_columns(const core::CsvTable& table, ObjectTask task) {
   };
   for (const std::string& name : table.head.cells) {
     if (std::find(known.begin(), known.end(), name) == known.end()) {
-      fail(fmt::format("column \"{}\" means nothing here{}", name,
-                       core::did_you_mean(name, known)));
+      fail(
+          fmt::format("column \"{}\" means nothing here{}", name, core::did_you_mean(name, known)));
     }
   }
   const auto object = table.column("object"), sample = table.column("sample");
   if (object.has_value() == sample.has_value()) {
     fail("one column \"object\" or \"sample\" says what each row is of");
   }
-  ObjectColumns columns{object ? *object : *sample,      sample.has_value(),
-                  table.column("frequency_hz"),    table.column("decay_rate_per_s"),
-                  table.column("alpha1"),          table.column("alpha2")};
+  ObjectColumns columns{object ? *object : *sample,   sample.has_value(),
+                        table.column("frequency_hz"), table.column("decay_rate_per_s"),
+                        table.column("alpha1"),       table.column("alpha2")};
   if (task == ObjectTask::modes) {
     if (!columns.frequency) fail("no column \"frequency_hz\"");
     return columns;
@@ -95,8 +95,8 @@ std::vector<std::size_t> named(const TrueObjects& truth, const std::string& text
   return found;
 }
 
-std::size_t object_of(const TrueObjects& truth, const std::string& text, const ObjectColumns& columns,
-                      const std::string& place) {
+std::size_t object_of(const TrueObjects& truth, const std::string& text,
+                      const ObjectColumns& columns, const std::string& place) {
   if (columns.is_sample) {
     if (const auto at = truth.sample.find(text); at != truth.sample.end()) return at->second;
     throw core::InputError(
@@ -118,7 +118,8 @@ std::size_t object_of(const TrueObjects& truth, const std::string& text, const O
 }
 
 /// Partner of each true mode among frequencies, or perception::unpaired.
-std::vector<std::size_t> partners(const TrueObject& object, const std::vector<double>& frequencies) {
+std::vector<std::size_t> partners(const TrueObject& object,
+                                  const std::vector<double>& frequencies) {
   const std::size_t modes = object.eigenvalues.size();
   std::vector<double> gains(modes * frequencies.size(), 0.0);
   for (std::size_t i = 0; i < modes; ++i) {
@@ -153,8 +154,8 @@ Numbers damping_errors(const TrueObject& object, const Said& said, const ObjectC
   };
   if (columns.alpha1) {
     if (said.rows.size() > 1) {
-      throw core::InputError(fmt::format("one object twice, at {} and {}", said.rows[0]->place,
-                                         said.rows[1]->place));
+      throw core::InputError(
+          fmt::format("one object twice, at {} and {}", said.rows[0]->place, said.rows[1]->place));
     }
     const double alphas[] = {number_of(*said.rows[0], *columns.alpha1, "alpha1", false),
                              number_of(*said.rows[0], *columns.alpha2, "alpha2", false)};

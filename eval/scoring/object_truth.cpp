@@ -14,14 +14,16 @@ namespace carillon::eval::scoring {
 namespace {
 
 TrueObject true_object(const std::string& name, const std::string& shape,
-                       const dataset::samples::ShapeModes& solved,
-                       std::size_t variant) {
+                       const dataset::samples::ShapeModes& solved, std::size_t variant) {
   const solvers::modes::Modes modes = solved.of(variant);
   std::vector<synth::damping::DampingModel> regions;
   for (const synth::material::Material& material : solved.materials(variant)) {
     regions.push_back(material.damping);
   }
-  TrueObject object{name, shape, modes.eigenvalues, modes.pitch_errors,
+  TrueObject object{name,
+                    shape,
+                    modes.eigenvalues,
+                    modes.pitch_errors,
                     synth::damping::clamped_decay_rates(modes, regions).values,
                     {}};
   if (regions.size() == 1 && regions.front().kind == synth::damping::DampingKind::rayleigh) {
@@ -61,9 +63,8 @@ TrueObjects open_true_objects(const std::filesystem::path& folder,
     if (seal) truth.sample[seal->id_of(sample.key)] = at->second;
   }
   if (truth.objects.empty()) {
-    throw core::InputError(
-        fmt::format("{}: no object is held out by split_shape", folder.string()),
-        "more objects, or a larger split.test in the dataset's configuration");
+    throw core::InputError(fmt::format("{}: no object is held out by split_shape", folder.string()),
+                           "more objects, or a larger split.test in the dataset's configuration");
   }
   return truth;
 }

@@ -23,8 +23,8 @@ struct TrueObject {
 /// The objects that a dataset holds out (`split_shape`), and what tells them.
 struct TrueObjects {
   std::string dataset;
-  std::vector<TrueObject> objects;           ///< by name
-  std::map<std::string, std::size_t> sample; ///< of each sample of theirs, its object, by id
+  std::vector<TrueObject> objects;            ///< by name
+  std::map<std::string, std::size_t> sample;  ///< of each sample of theirs, its object, by id
 };
 
 /// @param seal  of an export that hides labels: its samples' ids are known, too

@@ -54,8 +54,7 @@ core::CsvTable read_answers_table(const fs::path& path) {
 
 std::string entry_name(const AnswersFile& file) {
   std::string name = file.name.empty() ? file.path.stem().string() : file.name;
-  if (name.size() > longest_name ||
-      name.find_first_of("\r\n\t|") != std::string::npos) {
+  if (name.size() > longest_name || name.find_first_of("\r\n\t|") != std::string::npos) {
     throw core::InputError(
         fmt::format("\"{}\" is no name of an entry", name.substr(0, longest_name)),
         "up to 100 characters, none of them | or a line break; --name gives one");

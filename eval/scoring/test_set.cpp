@@ -26,8 +26,8 @@ TestSet open_test_set(const std::filesystem::path& folder, const learning::TaskS
                     task.split),
         "more objects or strikes, or a larger split.test in the dataset's configuration");
   }
-  TestSet set{folder.string(), source->content(), task, samples.classes, asked(samples, rows),
-              {},              {}};
+  TestSet set{
+      folder.string(), source->content(), task, samples.classes, asked(samples, rows), {}, {}};
   const auto id_of = [&](const std::string& key) { return seal ? seal->id_of(key) : key; };
   for (std::size_t i = 0; i < rows.size(); ++i) set.row_of[id_of(set.asked.keys[i])] = i;
   for (std::size_t i = 0; i < samples.keys.size(); ++i) {

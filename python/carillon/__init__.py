@@ -26,6 +26,7 @@ from carillon.errors import (
 )
 from carillon.materials import Material, material, materials
 from carillon.objects import Certificate, Modes, Object, shape, shapes
+from carillon.scoring import Scores, score
 from carillon.sounds import (
     Comparison,
     Estimate,
@@ -46,6 +47,6 @@ __version__: str = versions["carillon"]
 __all__ = [
     "CarillonWarning", "Certificate", "Column", "Comparison", "ConfigError", "Dataset", "Error", "Estimate", "Features",
     "FileError", "Fit", "InputError", "LimitError", "Material", "Modes", "Object", "Plan", "ResourceError",
-    "SolverError", "Sound", "build", "compare", "estimate", "features", "fit", "material", "materials", "mel", "open",
-    "plan", "shape", "shapes", "versions",
+    "Scores", "SolverError", "Sound", "build", "compare", "estimate", "features", "fit", "material", "materials", "mel",
+    "open", "plan", "score", "shape", "shapes", "versions",
 ]

@@ -117,6 +117,27 @@ class Builds(ModuleTest):
         with self.assertRaisesRegex(ca.InputError, "glas"):
             ca.build(BARS, output=self.folder / "none", set={"materials": ["glas"]})
 
+    def test_answers_are_scored(self):
+        several = {**BARS, "objects": [{"shape": "bar", "count": 6}], "materials": ["steel", "glass"],
+                   "split": {"validation": 0.2, "test": 0.5}}
+        dataset = ca.build(several, output=self.folder / "several")
+        rows = dataset.rows("test")
+        keys, materials = dataset["key"][rows], dataset["material"][rows]
+        found = ca.score(dataset.folder, "material", {"sample": keys, "class": materials}, name="truth")
+        self.assertEqual(found.entries[0]["accuracy"]["mean"], 1)
+        self.assertEqual(found.rows[0]["entry"], "truth")
+        self.assertIn("truth", str(found))
+        sure = {"sample": keys, "glass": 0.8 * (materials == "glass") + 0.1,
+                "steel": 0.9 - 0.8 * (materials == "glass")}
+        again = ca.score(dataset.folder, "material", sure, name="sure")
+        self.assertAlmostEqual(again.entries[0]["calibration_error"], 0.1, places=5)
+        self.assertEqual([row["entry"] for row in again.rows], ["sure", "truth"])
+        self.assertEqual(ca.score(dataset.folder, "material").rows, again.rows)
+        with self.assertRaisesRegex(ca.InputError, "have no answer"):
+            ca.score(dataset.folder, "material", {"sample": keys[1:], "class": materials[1:]}, name="few")
+        with self.assertRaisesRegex(ca.InputError, "name"):
+            ca.score(dataset.folder, "material", {"sample": keys, "class": materials})
+
     def test_a_sweep_gives_its_variants(self):
         sweep = {**BARS, "sweep": {"keys": {"audio.seconds": [0.02, 0.04]}}}
         plan = ca.plan(sweep)

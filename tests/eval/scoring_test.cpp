@@ -108,9 +108,10 @@ TEST_F(Boards, HoldAThousandEntries) {
   }
   const Leaderboard found = board();
   EXPECT_EQ(found.rows.size(), 1000u);
-  EXPECT_TRUE(std::is_sorted(found.rows.begin(), found.rows.end(), [](const auto& a, const auto& b) {
-    return a.measures[0].estimate.mean > b.measures[0].estimate.mean;
-  }));
+  EXPECT_TRUE(
+      std::is_sorted(found.rows.begin(), found.rows.end(), [](const auto& a, const auto& b) {
+        return a.measures[0].estimate.mean > b.measures[0].estimate.mean;
+      }));
 }
 
 RC_GTEST_PROP(ClassEntries, AnswersComeBackWhateverTheirOrder, ()) {
@@ -128,9 +129,11 @@ RC_GTEST_PROP(ClassEntries, AnswersComeBackWhateverTheirOrder, ()) {
 /// Two shapes, one in two materials.
 TrueObjects true_objects() {
   const auto object = [](const std::string& shape, const std::string& material) {
-    return TrueObject{shape + "/" + material + "/1", shape, {1e6, 4e6, 9e6}, {}, {5, 6, 7}, {2, 1e-6}};
+    return TrueObject{
+        shape + "/" + material + "/1", shape, {1e6, 4e6, 9e6}, {}, {5, 6, 7}, {2, 1e-6}};
   };
-  return {"bells", {object("bell-0", "brass"), object("bell-0", "steel"), object("bell-1", "steel")},
+  return {"bells",
+          {object("bell-0", "brass"), object("bell-0", "steel"), object("bell-1", "steel")},
           {{"bell-0/brass/1/strike-0000", 0}}};
 }
 
@@ -145,10 +148,9 @@ core::CsvTable object_table(std::vector<std::string> head,
 
 TEST(ObjectEntries, ErrorsAreThoseOfTheModes) {
   // c = 2 d = 10, 12, 14: 10 + 0 lambda gives errors 0, 1/6, 2/7.
-  const core::CsvTable table = object_table({"object", "alpha1", "alpha2"},
-                                            {{"bell-0/brass", "10", "0"},
-                                             {"bell-0/steel/1", "10", "0"},
-                                             {"bell-1", "10", "0"}});
+  const core::CsvTable table = object_table(
+      {"object", "alpha1", "alpha2"},
+      {{"bell-0/brass", "10", "0"}, {"bell-0/steel/1", "10", "0"}, {"bell-1", "10", "0"}});
   const ObjectEntry entry = score_objects(table, "flat", ObjectTask::damping, true_objects());
   EXPECT_EQ(entry.objects.size(), 3u);
   EXPECT_NEAR(entry.measures[0].values[2], 1.0 / 6, 1e-12);
@@ -158,12 +160,12 @@ TEST(ObjectEntries, ErrorsAreThoseOfTheModes) {
 
 TEST(ObjectEntries, AModeIsAnsweredOnce) {
   // Two answers for the first mode, one for the third.
-  const core::CsvTable table = object_table({"object", "frequency_hz"},
-                                            {{"bell-0/brass", "159.1549"},
-                                             {"bell-0/brass", "159.2"},
-                                             {"bell-0/brass", "477.4648"},
-                                             {"bell-0/steel", "159.1549"},
-                                             {"bell-1", "159.1549"}});
+  const core::CsvTable table =
+      object_table({"object", "frequency_hz"}, {{"bell-0/brass", "159.1549"},
+                                                {"bell-0/brass", "159.2"},
+                                                {"bell-0/brass", "477.4648"},
+                                                {"bell-0/steel", "159.1549"},
+                                                {"bell-1", "159.1549"}});
   const ObjectEntry entry = score_objects(table, "few", ObjectTask::modes, true_objects());
   EXPECT_NEAR(entry.measures[0].values[0], 0, 1e-2) << "0, 100 and 0 cents";
   EXPECT_NEAR(entry.measures[1].values[0], 2.0 / 3, 1e-12);
@@ -187,10 +189,13 @@ TEST(ObjectEntries, WhatIsWrongIsNamed) {
   EXPECT_NE(refusal(law, {{"bell-2", "1", "1"}}).find("fits.csv:2: no object \"bell-2\""),
             std::string::npos);
   EXPECT_NE(refusal(law, {{"bell-1", "1", "1"}}).find("2 of 3 objects"), std::string::npos);
-  EXPECT_NE(refusal(law, {{"bell-1", "x", "1"}, {"bell-0/brass", "1", "1"}, {"bell-0/steel", "1", "1"}})
-                .find("alpha1 \"x\" is no number"),
-            std::string::npos);
-  EXPECT_NE(refusal(law, {{"bell-1", "1", "1"}, {"bell-1", "1", "1"}, {"bell-0/brass", "1", "1"},
+  EXPECT_NE(
+      refusal(law, {{"bell-1", "x", "1"}, {"bell-0/brass", "1", "1"}, {"bell-0/steel", "1", "1"}})
+          .find("alpha1 \"x\" is no number"),
+      std::string::npos);
+  EXPECT_NE(refusal(law, {{"bell-1", "1", "1"},
+                          {"bell-1", "1", "1"},
+                          {"bell-0/brass", "1", "1"},
                           {"bell-0/steel", "1", "1"}})
                 .find("one object twice"),
             std::string::npos);

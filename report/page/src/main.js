@@ -5,6 +5,7 @@ import { datasetSections } from "./dataset.js";
 import { safely } from "./figure.js";
 import { count } from "./format.js";
 import { gallerySection } from "./gallery.js";
+import { leaderboardSections } from "./leaderboards.js";
 import { learningSections } from "./learning.js";
 import { nightlySections } from "./nightly.js";
 import { samplesSection } from "./samples.js";
@@ -42,7 +43,7 @@ function header() {
 }
 
 // Sections are {id, title, content()}.
-const sections = [nightlySections, accuracySection, samplesSection, gallerySection, sweepSections, datasetSections, learningSections]
+const sections = [nightlySections, accuracySection, samplesSection, gallerySection, sweepSections, datasetSections, leaderboardSections, learningSections]
   .flatMap((make) => make(report))
   .filter(Boolean);
 
