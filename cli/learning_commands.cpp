@@ -133,6 +133,9 @@ void add_learning_commands(Program& program, Context& context, const LearningCom
   add_train(program, context, learning);
   add_identify(program, context, learning);
   add_evaluate(program, context, learning.sections);
+#ifdef CARILLON_SERVE
+  add_serve(program, context, learning.identifier);
+#endif
 }
 
 }  // namespace carillon::cli

@@ -7,6 +7,7 @@
 #include "cli/context.hpp"
 #include "dataset/run/build.hpp"
 #include "eval/studies/evaluation.hpp"
+#include "report/service/service.hpp"
 
 namespace carillon::cli {
 
@@ -29,6 +30,12 @@ struct IdentifyOptions {
   std::string device;  ///< "" for auto
 };
 
+/// Loads the networks below a folder, once.
+/// @param device  "" for auto
+/// @throws InputError  there are none
+using IdentifierMaker = report::service::Identify (*)(const std::string& models,
+                                                      const std::string& device);
+
 /// What the commands that need libtorch do. Every program has the commands and their options; one
 /// without libtorch lets carillon-learn take its place when they run, and where there is none says
 /// so.
@@ -36,6 +43,7 @@ struct LearningCommands {
   /// @return the exit code, the same on every rank
   int (*train)(const TrainOptions& options, const Context& context) = nullptr;
   void (*identify)(const IdentifyOptions& options, const Context& context) = nullptr;
+  IdentifierMaker identifier = nullptr;  ///< for `serve`
   /// Sections of `evaluate`; outlive the program's run.
   std::span<const eval::studies::EvaluationSection> sections{};
 };
@@ -46,6 +54,7 @@ LearningCommands plain_commands();
 /// In carillon-learn.
 int run_train(const TrainOptions& options, const Context& context);
 void run_identify(const IdentifyOptions& options, const Context& context);
+report::service::Identify make_identifier(const std::string& models, const std::string& device);
 
 /// The option --device.
 /// @param device  is set by the command line, and outlives the program
@@ -58,7 +67,10 @@ std::vector<std::string> with_device(std::vector<std::string> overrides, const s
 void add_evaluate(Program& program, Context& context,
                   std::span<const eval::studies::EvaluationSection> sections);
 
-/// Adds `train`, `identify` and `evaluate`.
+/// `serve`, with networks where the program has them.
+void add_serve(Program& program, Context& context, IdentifierMaker identifier);
+
+/// Adds `train`, `identify`, `evaluate` and `serve`.
 void add_learning_commands(Program& program, Context& context, const LearningCommands& learning);
 
 }  // namespace carillon::cli

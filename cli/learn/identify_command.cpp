@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <mutex>
 #include <numeric>
 #include <utility>
 
@@ -184,7 +186,32 @@ std::string extended_scene(const IdentifyOptions& options, const Vec3& place,
   return eval::studies::with_object(core::read_file(options.scene), options.scene, object, place);
 }
 
+/// The clip's answers by task.
+ordered_json tasks_json(const std::vector<Answer>& answers) {
+  ordered_json tasks = ordered_json::object();
+  for (const Answer& answer : answers) tasks[answer.recogniser->task()] = to_json(answer);
+  return tasks;
+}
+
+std::vector<eval::studies::Recogniser> load(const std::string& models, const std::string& method,
+                                            const std::vector<std::string>& tasks,
+                                            const std::string& device) {
+  return eval::studies::find_recognisers(
+      models, method, tasks, eval::learning::device_named(device.empty() ? "auto" : device));
+}
+
 }  // namespace
+
+report::service::Identify make_identifier(const std::string& models, const std::string& device) {
+  auto recognisers =
+      std::make_shared<const std::vector<eval::studies::Recogniser>>(load(models, "", {}, device));
+  // One clip at a time: libtorch's own caches are not asked by several threads.
+  auto alone = std::make_shared<std::mutex>();
+  return [recognisers, alone](const std::filesystem::path& clip) {
+    const std::lock_guard lock(*alone);
+    return ordered_json{{"tasks", tasks_json(ask_all(*recognisers, clip.string()))}};
+  };
+}
 
 void run_identify(const IdentifyOptions& options, const Context& context) {
   if (!options.scene.empty() && options.clips.size() > 1) {
@@ -194,17 +221,14 @@ void run_identify(const IdentifyOptions& options, const Context& context) {
   const double start = core::monotonic_seconds();
   const Vec3 place =
       options.scene.empty() ? Vec3::Zero().eval() : parse_position(options.at, "--at");
-  const std::vector<eval::studies::Recogniser> recognisers = eval::studies::find_recognisers(
-      options.models, options.method, options.tasks,
-      eval::learning::device_named(options.device.empty() ? "auto" : options.device));
+  const std::vector<eval::studies::Recogniser> recognisers =
+      load(options.models, options.method, options.tasks, options.device);
   const std::size_t width = task_width(recognisers);
   ordered_json clips = ordered_json::array();
   std::vector<Answer> answers;
   for (const std::string& file : options.clips) {
     answers = ask_all(recognisers, file);
-    ordered_json clip = {{"file", file}, {"tasks", ordered_json::object()}};
-    for (const Answer& answer : answers) clip["tasks"][answer.recogniser->task()] = to_json(answer);
-    clips.push_back(std::move(clip));
+    clips.push_back({{"file", file}, {"tasks", tasks_json(answers)}});
     if (!context.json) print(file, answers, width);
   }
   if (!options.scene.empty()) {

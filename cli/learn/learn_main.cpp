@@ -16,5 +16,5 @@ int main(int argc, char** argv) {
       {"classification", eval::studies::read_classification},
       {"transfer", eval::studies::read_transfer_section},
       {"spectrograms", eval::studies::read_spectrograms}};
-  return cli::run(argc, argv, {cli::run_train, cli::run_identify, sections});
+  return cli::run(argc, argv, {cli::run_train, cli::run_identify, cli::make_identifier, sections});
 }

@@ -78,6 +78,7 @@ class Carillon(CMakePackage):
 
     depends_on("py-torch@1.13:", when="+learn")
     depends_on("liblinear", when="+learn")
+    depends_on("cpp-httplib", when="+report")
     depends_on("node-js", type="build", when="+report")
     depends_on("npm", type="build", when="+report")
     # The program's own scripts, which draw its findings.
@@ -94,6 +95,7 @@ class Carillon(CMakePackage):
                      self.define_from_variant("CARILLON_RENDER", "render"),
                      self.define_from_variant("CARILLON_PYTHON", "python"),
                      self.define_from_variant("CARILLON_REPORT", "report"),
+                     self.define_from_variant("CARILLON_SERVE", "report"),
                      self.define("CARILLON_JOIN_SOURCES", True), self.define("PETSC_DIR", self.spec["petsc"].prefix),
                      self.define("SLEPC_DIR", self.spec["slepc"].prefix), self.define("PETSC_ARCH", "")]
         if self.spec.satisfies("+render"):

@@ -1,0 +1,4 @@
+#pragma once
+
+// The library's own macros say which of its parts were compiled.
+#include <httplib.h>

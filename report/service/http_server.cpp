@@ -1,0 +1,309 @@
+#include "report/service/http_server.hpp"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cctype>
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <thread>
+#include <utility>
+
+#include "core/error.hpp"
+#include "core/files.hpp"
+#include "report/service/detail/timed_stream.hpp"
+
+namespace carillon::report::service {
+
+namespace {
+
+/// Longer paths are of no page, and regular expressions are not asked about them.
+constexpr std::size_t longest_path = 512;
+constexpr double keep_alive_seconds = 5;
+constexpr int requests_of_a_connection = 1000;
+constexpr std::size_t most_files = 16;
+
+/// The connection whose request this thread answers.
+thread_local TimedStream* current_stream = nullptr;
+
+std::string lower(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
+
+HttpRequest request_of(const httplib::Request& request) {
+  HttpRequest own;
+  own.path = request.path;
+  for (const auto& [name, value] : request.params) own.query.emplace(name, value);
+  for (const auto& [name, value] : request.headers) own.header.emplace(lower(name), value);
+  return own;
+}
+
+/// As many threads as connections; those that are too many wait with their sockets open.
+class Connections final : public httplib::TaskQueue {
+ public:
+  explicit Connections(std::size_t count) : pool_(count) {}
+  void enqueue(std::function<void()> task) override { pool_.enqueue(std::move(task)); }
+  void shutdown() override { pool_.shutdown(); }
+
+ private:
+  httplib::ThreadPool pool_;
+};
+
+/// The library's server, on connections with limits.
+class TimedServer final : public httplib::Server {
+ public:
+  explicit TimedServer(double seconds) : seconds_(seconds) {}
+
+ private:
+  bool process_and_close_socket(socket_t socket) override {
+    bool closed = false;
+    for (int left = requests_of_a_connection; left > 0 && !closed; --left) {
+      // The first request has the whole limit, others first have to begin.
+      if (left < requests_of_a_connection &&
+          (svr_sock_ == INVALID_SOCKET ||
+           !TimedStream(socket, keep_alive_seconds).is_readable())) {
+        break;
+      }
+      TimedStream stream(socket, seconds_);
+      current_stream = &stream;
+      const bool answered = process_request(stream, left == 1, closed, nullptr);
+      current_stream = nullptr;
+      if (!answered) break;
+    }
+    ::shutdown(socket, SHUT_RDWR);
+    ::close(socket);
+    return true;
+  }
+
+  double seconds_;
+};
+
+}  // namespace
+
+namespace {
+
+/// Options of the command line are written in a query without dashes: `--max-features` is
+/// `max_features`.
+std::string in_query_words(const std::string& text) {
+  std::string words;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const bool begins = text.compare(i, 2, "--") == 0 && i + 2 < text.size() &&
+                        std::islower(static_cast<unsigned char>(text[i + 2])) != 0 &&
+                        (i == 0 || text[i - 1] == ' ');
+    if (!begins) {
+      words += text[i];
+      continue;
+    }
+    for (i += 2; i < text.size() && (std::islower(static_cast<unsigned char>(text[i])) != 0 ||
+                                     std::isdigit(static_cast<unsigned char>(text[i])) != 0 ||
+                                     text[i] == '-');
+         ++i) {
+      words += text[i] == '-' ? '_' : text[i];
+    }
+    --i;
+  }
+  return words;
+}
+
+HttpReply told(int status, const core::Error& error) {
+  return error_reply(status, in_query_words(error.message()), in_query_words(error.hint()));
+}
+
+}  // namespace
+
+HttpReply error_reply(int status, const std::string& message, const std::string& hint) {
+  nlohmann::ordered_json error = {{"message", message}};
+  if (!hint.empty()) error["hint"] = hint;
+  const auto replaced = nlohmann::ordered_json::error_handler_t::replace;
+  return {status, "application/json",
+          nlohmann::ordered_json{{"error", error}}.dump(1, ' ', false, replaced) + "\n", {}};
+}
+
+struct HttpServer::State {
+  explicit State(const HttpLimits& given) : limits(given), server(given.seconds) {}
+
+  void answer(const httplib::Request& request, httplib::Response& response,
+              const HttpServer::Answer& make, HttpRequest own) {
+    own.path = request.path;
+    for (const auto& [name, value] : request.params) own.query.emplace(name, value);
+    for (const auto& [name, value] : request.headers) own.header.emplace(lower(name), value);
+    put(guarded(make, own), response);
+  }
+
+  /// The reply, or what went wrong in its place.
+  HttpReply guarded(const HttpServer::Answer& make, const HttpRequest& request) const {
+    try {
+      return make(request);
+    } catch (const core::FileError& error) {
+      return told(404, error);
+    } catch (const core::ConfigError& error) {
+      return told(400, error);
+    } catch (const core::InputError& error) {
+      return told(400, error);
+    } catch (const core::Error& error) {
+      return told(500, error);
+    } catch (const std::bad_alloc&) {
+      return error_reply(507, "out of memory");
+    } catch (const std::exception& error) {
+      spdlog::error("{}: {}", request.path, error.what());
+      return error_reply(500, error.what());
+    }
+  }
+
+  void put(HttpReply reply, httplib::Response& response) {
+    response.status = reply.status;
+    response.set_header("X-Content-Type-Options", "nosniff");
+    if (!reply.events) {
+      response.set_content(std::move(reply.body), reply.type);
+      return;
+    }
+    if (++listeners > limits.listeners) {
+      --listeners;
+      put(error_reply(503, "too many pages listen already"), response);
+      return;
+    }
+    response.set_header("Cache-Control", "no-store");
+    const auto next = std::make_shared<NextEvent>(std::move(reply.events));
+    response.set_chunked_content_provider(
+        "text/event-stream",
+        [this, next](std::size_t, httplib::DataSink& sink) {
+          if (stopping) {
+            sink.done();
+            return true;
+          }
+          // A comment line where nothing is new tells whether anybody is there.
+          const std::optional<std::string> event = (*next)();
+          const std::string text = event ? fmt::format("data: {}\n\n", *event) : ":\n\n";
+          if (current_stream != nullptr) current_stream->begin_reply();
+          if (!sink.write(text.data(), text.size())) return false;
+          std::unique_lock lock(mutex);
+          stop_asked.wait_for(lock, std::chrono::seconds(1), [this] { return stopping.load(); });
+          return true;
+        },
+        [this](bool) { --listeners; });
+  }
+
+  HttpLimits limits;
+  TimedServer server;
+  std::function<std::optional<HttpReply>(const HttpRequest&)> check;
+  std::atomic<bool> stopping = false;
+  std::atomic<std::size_t> listeners = 0;
+  std::mutex mutex;
+  std::condition_variable stop_asked;
+};
+
+HttpServer::HttpServer(const HttpLimits& limits) : state_(std::make_unique<State>(limits)) {
+  TimedServer& server = state_->server;
+  server.set_payload_max_length(limits.body);
+  server.new_task_queue = [limits] { return new Connections(limits.connections); };
+  server.set_tcp_nodelay(true);
+  server.set_pre_routing_handler(
+      [this](const httplib::Request& request, httplib::Response& response) {
+        std::optional<HttpReply> refusal;
+        if (request.path.size() > longest_path) refusal = error_reply(414, "the path is too long");
+        if (!refusal && state_->check) refusal = state_->check(request_of(request));
+        if (!refusal) return httplib::Server::HandlerResponse::Unhandled;
+        state_->put(std::move(*refusal), response);
+        return httplib::Server::HandlerResponse::Handled;
+      });
+  // What the library itself refuses.
+  server.set_error_handler(httplib::Server::HandlerWithResponse([this](const httplib::Request& request, httplib::Response& response) {
+    if (!response.body.empty()) return httplib::Server::HandlerResponse::Unhandled;
+    const char* why = response.status == 404   ? "there is no such page"
+                      : response.status == 413 ? "the body is too large"
+                                               : "the request cannot be read";
+    state_->put(error_reply(response.status, fmt::format("{} {}: {}", request.method, request.path,
+                                                         why)),
+                response);
+    return httplib::Server::HandlerResponse::Handled;
+  }));
+}
+
+HttpServer::~HttpServer() = default;
+
+void HttpServer::get(const std::string& pattern, Answer answer) {
+  state_->server.Get(pattern, [this, answer = std::move(answer)](const httplib::Request& request,
+                                                                 httplib::Response& response) {
+    state_->answer(request, response, answer, {});
+  });
+}
+
+void HttpServer::post(const std::string& pattern, Answer answer) {
+  state_->server.Post(
+      pattern,
+      httplib::Server::HandlerWithContentReader(
+          [this, answer = std::move(answer)](const httplib::Request& request,
+                                             httplib::Response& response,
+                                             const httplib::ContentReader& read) {
+            HttpRequest own;
+            std::string* part = &own.body;
+            std::size_t bytes = 0;
+            const auto take = [&](const char* data, std::size_t size) {
+              bytes += size;
+              if (bytes > state_->limits.body) return false;
+              part->append(data, size);
+              return true;
+            };
+            // What the files of a form are called on the client's machine means nothing here.
+            const bool whole = request.is_multipart_form_data()
+                                   ? read(
+                                         [&](const httplib::MultipartFormData& field) {
+                                           part = &own.files[field.name];
+                                           return own.files.size() <= most_files;
+                                         },
+                                         take)
+                                   : read(take);
+            if (!whole) {
+              // The library has set the status of what it could not read.
+              if (response.status < 400) response.status = bytes > state_->limits.body ? 413 : 400;
+              return;
+            }
+            state_->answer(request, response, answer, std::move(own));
+          }));
+}
+
+void HttpServer::remove(const std::string& pattern, Answer answer) {
+  state_->server.Delete(
+      pattern, httplib::Server::Handler(
+                   [this, answer = std::move(answer)](const httplib::Request& request,
+                                                      httplib::Response& response) {
+                     state_->answer(request, response, answer, {});
+                   }));
+}
+
+void HttpServer::guard(std::function<std::optional<HttpReply>(const HttpRequest&)> check) {
+  state_->check = std::move(check);
+}
+
+int HttpServer::bind(const std::string& host, int port) {
+  const int bound = port == 0 ? state_->server.bind_to_any_port(host)
+                              : (state_->server.bind_to_port(host, port) ? port : -1);
+  if (bound < 0) {
+    throw core::InputError(fmt::format("{}:{} cannot be listened at", host, port),
+                           "another program may have the port: --port 0 takes any that is free");
+  }
+  return bound;
+}
+
+void HttpServer::listen() {
+  state_->server.listen_after_bind();
+}
+
+void HttpServer::stop() {
+  {
+    const std::lock_guard lock(state_->mutex);
+    state_->stopping = true;
+  }
+  state_->stop_asked.notify_all();
+  state_->server.stop();
+}
+
+}  // namespace carillon::report::service
