@@ -76,8 +76,8 @@ void serve(const ServeOptions& options, const Context& context, IdentifierMaker 
 }  // namespace
 
 void add_serve(Program& program, Context& context, IdentifierMaker identifier) {
-  Command& command = program.add(
-      "serve", "the report's page, and answers for sounds, by HTTP", Needs::ranks);
+  Command& command =
+      program.add("serve", "the report's page, and answers for sounds, by HTTP", Needs::ranks);
   auto options = std::make_shared<ServeOptions>();
   report::service::ServiceOptions& service = options->service;
   command
@@ -93,7 +93,8 @@ void add_serve(Program& program, Context& context, IdentifierMaker identifier) {
   command.option("--port", service.port, "0: any that is free").range(0, 65535).show_default();
   command.option("--token", options->token_file,
                  "file whose first line requests must have; asked for beyond this machine");
-  command.option("--waiting", service.waiting, "requests that wait for a computation; others get 503")
+  command
+      .option("--waiting", service.waiting, "requests that wait for a computation; others get 503")
       .range(std::size_t{0}, std::size_t{100000})
       .show_default();
   command.option("--longest-clip", service.longest_clip, "of a sound [s]")

@@ -68,8 +68,7 @@ class TimedServer final : public httplib::Server {
     for (int left = requests_of_a_connection; left > 0 && !closed; --left) {
       // The first request has the whole limit, others first have to begin.
       if (left < requests_of_a_connection &&
-          (svr_sock_ == INVALID_SOCKET ||
-           !TimedStream(socket, keep_alive_seconds).is_readable())) {
+          (svr_sock_ == INVALID_SOCKET || !TimedStream(socket, keep_alive_seconds).is_readable())) {
         break;
       }
       TimedStream stream(socket, seconds_);
@@ -102,9 +101,9 @@ std::string in_query_words(const std::string& text) {
       words += text[i];
       continue;
     }
-    for (i += 2; i < text.size() && (std::islower(static_cast<unsigned char>(text[i])) != 0 ||
-                                     std::isdigit(static_cast<unsigned char>(text[i])) != 0 ||
-                                     text[i] == '-');
+    for (i += 2; i < text.size() &&
+                 (std::islower(static_cast<unsigned char>(text[i])) != 0 ||
+                  std::isdigit(static_cast<unsigned char>(text[i])) != 0 || text[i] == '-');
          ++i) {
       words += text[i] == '-' ? '_' : text[i];
     }
@@ -123,8 +122,10 @@ HttpReply error_reply(int status, const std::string& message, const std::string&
   nlohmann::ordered_json error = {{"message", message}};
   if (!hint.empty()) error["hint"] = hint;
   const auto replaced = nlohmann::ordered_json::error_handler_t::replace;
-  return {status, "application/json",
-          nlohmann::ordered_json{{"error", error}}.dump(1, ' ', false, replaced) + "\n", {}};
+  return {status,
+          "application/json",
+          nlohmann::ordered_json{{"error", error}}.dump(1, ' ', false, replaced) + "\n",
+          {}};
 }
 
 struct HttpServer::State {
@@ -162,7 +163,7 @@ struct HttpServer::State {
     response.status = reply.status;
     response.set_header("X-Content-Type-Options", "nosniff");
     if (!reply.events) {
-      response.set_content(std::move(reply.body), reply.type);
+      response.set_content(reply.body, reply.type);
       return;
     }
     if (++listeners > limits.listeners) {
@@ -215,16 +216,17 @@ HttpServer::HttpServer(const HttpLimits& limits) : state_(std::make_unique<State
         return httplib::Server::HandlerResponse::Handled;
       });
   // What the library itself refuses.
-  server.set_error_handler(httplib::Server::HandlerWithResponse([this](const httplib::Request& request, httplib::Response& response) {
-    if (!response.body.empty()) return httplib::Server::HandlerResponse::Unhandled;
-    const char* why = response.status == 404   ? "there is no such page"
-                      : response.status == 413 ? "the body is too large"
-                                               : "the request cannot be read";
-    state_->put(error_reply(response.status, fmt::format("{} {}: {}", request.method, request.path,
-                                                         why)),
-                response);
-    return httplib::Server::HandlerResponse::Handled;
-  }));
+  server.set_error_handler(httplib::Server::HandlerWithResponse(
+      [this](const httplib::Request& request, httplib::Response& response) {
+        if (!response.body.empty()) return httplib::Server::HandlerResponse::Unhandled;
+        const char* why = response.status == 404   ? "there is no such page"
+                          : response.status == 413 ? "the body is too large"
+                                                   : "the request cannot be read";
+        state_->put(error_reply(response.status,
+                                fmt::format("{} {}: {}", request.method, request.path, why)),
+                    response);
+        return httplib::Server::HandlerResponse::Handled;
+      }));
 }
 
 HttpServer::~HttpServer() = default;
@@ -237,46 +239,46 @@ void HttpServer::get(const std::string& pattern, Answer answer) {
 }
 
 void HttpServer::post(const std::string& pattern, Answer answer) {
-  state_->server.Post(
-      pattern,
-      httplib::Server::HandlerWithContentReader(
-          [this, answer = std::move(answer)](const httplib::Request& request,
-                                             httplib::Response& response,
-                                             const httplib::ContentReader& read) {
-            HttpRequest own;
-            std::string* part = &own.body;
-            std::size_t bytes = 0;
-            const auto take = [&](const char* data, std::size_t size) {
-              bytes += size;
-              if (bytes > state_->limits.body) return false;
-              part->append(data, size);
-              return true;
-            };
-            // What the files of a form are called on the client's machine means nothing here.
-            const bool whole = request.is_multipart_form_data()
-                                   ? read(
-                                         [&](const httplib::MultipartFormData& field) {
-                                           part = &own.files[field.name];
-                                           return own.files.size() <= most_files;
-                                         },
-                                         take)
-                                   : read(take);
-            if (!whole) {
-              // The library has set the status of what it could not read.
-              if (response.status < 400) response.status = bytes > state_->limits.body ? 413 : 400;
-              return;
-            }
-            state_->answer(request, response, answer, std::move(own));
-          }));
+  state_->server.Post(pattern, httplib::Server::HandlerWithContentReader(
+                                   [this, answer = std::move(answer)](
+                                       const httplib::Request& request, httplib::Response& response,
+                                       const httplib::ContentReader& read) {
+                                     HttpRequest own;
+                                     std::string* part = &own.body;
+                                     std::size_t bytes = 0;
+                                     const auto take = [&](const char* data, std::size_t size) {
+                                       bytes += size;
+                                       if (bytes > state_->limits.body) return false;
+                                       part->append(data, size);
+                                       return true;
+                                     };
+                                     // What the files of a form are called on the client's machine
+                                     // means nothing here.
+                                     const bool whole =
+                                         request.is_multipart_form_data()
+                                             ? read(
+                                                   [&](const httplib::MultipartFormData& field) {
+                                                     part = &own.files[field.name];
+                                                     return own.files.size() <= most_files;
+                                                   },
+                                                   take)
+                                             : read(take);
+                                     if (!whole) {
+                                       // The library has set the status of what it could not read.
+                                       if (response.status < 400)
+                                         response.status = bytes > state_->limits.body ? 413 : 400;
+                                       return;
+                                     }
+                                     state_->answer(request, response, answer, std::move(own));
+                                   }));
 }
 
 void HttpServer::remove(const std::string& pattern, Answer answer) {
-  state_->server.Delete(
-      pattern, httplib::Server::Handler(
-                   [this, answer = std::move(answer)](const httplib::Request& request,
-                                                      httplib::Response& response) {
-                     state_->answer(request, response, answer, {});
-                   }));
+  state_->server.Delete(pattern, httplib::Server::Handler([this, answer = std::move(answer)](
+                                                              const httplib::Request& request,
+                                                              httplib::Response& response) {
+                          state_->answer(request, response, answer, {});
+                        }));
 }
 
 void HttpServer::guard(std::function<std::optional<HttpReply>(const HttpRequest&)> check) {

@@ -14,11 +14,11 @@ struct HttpRequest {
   std::map<std::string, std::string> query;   ///< of names that stand twice the first
   std::map<std::string, std::string> header;  ///< by names in lower case, likewise
   std::string body;
-  std::map<std::string, std::string> files;   ///< of a form, by the names of its fields
+  std::map<std::string, std::string> files;  ///< of a form, by the names of its fields
 };
 
-/// Events for a page that listens (WHATWG HTML, server-sent events): the next one's text, or nothing
-/// where there is none yet; asked for once a second.
+/// Events for a page that listens (WHATWG HTML, server-sent events): the next one's text, or
+/// nothing where there is none yet; asked for once a second.
 using NextEvent = std::function<std::optional<std::string>()>;
 
 struct HttpReply {
@@ -29,14 +29,15 @@ struct HttpReply {
 };
 
 struct HttpLimits {
-  std::size_t body = 64 << 20;  ///< of a request [bytes]
-  double seconds = 30;          ///< a request must have come, or a reply be taken, within
-  std::size_t connections = 64; ///< at once; others wait
-  std::size_t listeners = 16;   ///< pages that listen for events at once
+  std::size_t body = 64 << 20;   ///< of a request [bytes]
+  double seconds = 30;           ///< a request must have come, or a reply be taken, within
+  std::size_t connections = 64;  ///< at once; others wait
+  std::size_t listeners = 16;    ///< pages that listen for events at once
 };
 
-/// One process that answers HTTP requests, each on a thread of its own, on one address (cpp-httplib).
-/// A request that takes longer to come than the limit is dropped, however little is missing.
+/// One process that answers HTTP requests, each on a thread of its own, on one address
+/// (cpp-httplib). A request that takes longer to come than the limit is dropped, however little is
+/// missing.
 class HttpServer {
  public:
   /// Makes the reply to a request. What it throws is told as JSON: of an InputError or ConfigError

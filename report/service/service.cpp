@@ -62,9 +62,7 @@ std::string state_of(const ReportFolders& found) {
 
 struct Service::State {
   explicit State(ServiceOptions given)
-      : options(std::move(given)),
-        server(options.http),
-        gate(1, options.waiting) {}
+      : options(std::move(given)), server(options.http), gate(1, options.waiting) {}
 
   /// What a computation replies, once it may run.
   template <class Make>
@@ -81,7 +79,7 @@ struct Service::State {
     if (options.token.empty() || request.path == "/v1/health") return std::nullopt;
     const auto given = request.header.find("authorization");
     const auto asked = request.query.find("token");
-    const std::string word = given != request.header.end() ? given->second
+    const std::string word = given != request.header.end()  ? given->second
                              : asked != request.query.end() ? "Bearer " + asked->second
                                                             : "";
     if (are_equal(word, "Bearer " + options.token)) return std::nullopt;
@@ -155,8 +153,8 @@ struct Service::State {
       auto told = std::make_shared<std::string>();
       return HttpReply{200, "", "", [this, told] { return news(*told); }};
     });
-    const auto answers = [&](const char* path, ordered_json (*answer)(const HttpRequest&,
-                                                                      const ClipLimits&)) {
+    const auto answers = [&](const char* path,
+                             ordered_json (*answer)(const HttpRequest&, const ClipLimits&)) {
       server.post(path, [this, answer](const HttpRequest& request) {
         return compute([&] { return answer(request, {options.longest_clip}); });
       });
@@ -169,8 +167,7 @@ struct Service::State {
         return error_reply(501, "there are no trained networks here",
                            "carillon serve FOLDER --models MODELS");
       }
-      return compute(
-          [&] { return identified(request, {options.longest_clip}, options.identify); });
+      return compute([&] { return identified(request, {options.longest_clip}, options.identify); });
     });
   }
 

@@ -72,7 +72,7 @@ class Server:
 
     def stop(self):
         self.process.send_signal(signal.SIGTERM)
-        out, err = self.process.communicate(timeout=60 * TIMEOUT_FACTOR)
+        _, err = self.process.communicate(timeout=60 * TIMEOUT_FACTOR)
         return self.process.returncode, err
 
 

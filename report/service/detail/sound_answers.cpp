@@ -44,8 +44,7 @@ class Clip {
           name.empty() ? "its body is a WAV, FLAC, Ogg or AIFF file" : "curl -F name=@file.wav");
     }
     std::ofstream(path_, std::ios::binary) << *bytes;
-    const core::AudioHeader header =
-        told([&] { return core::read_audio_header(path_); });
+    const core::AudioHeader header = told([&] { return core::read_audio_header(path_); });
     if (!(header.seconds <= limits.seconds)) {
       throw core::InputError(fmt::format("the {} lasts {:.3g} s, and {:.3g} s are taken", name_,
                                          header.seconds, limits.seconds),
@@ -96,9 +95,8 @@ class Options {
     if (value.empty()) return fallback;
     const std::optional<double> number = core::number_in<double>(value);
     if (!number || !(*number >= low && *number <= high)) {
-      throw core::InputError(
-          fmt::format("{} is \"{}\", and a number from {:g} to {:g} is wanted", name, value, low,
-                      high));
+      throw core::InputError(fmt::format("{} is \"{}\", and a number from {:g} to {:g} is wanted",
+                                         name, value, low, high));
     }
     return *number;
   }
@@ -144,9 +142,8 @@ ordered_json features_of(const HttpRequest& request, const ClipLimits& limits) {
   const eval::features::FeatureOptions wanted = feature_options_of(options);
   options.finish();
   const Clip clip(request, "", limits);
-  return clip.told([&] {
-    return ordered_json(to_json(eval::features::read_features(clip.path(), wanted)));
-  });
+  return clip.told(
+      [&] { return ordered_json(to_json(eval::features::read_features(clip.path(), wanted))); });
 }
 
 ordered_json fit_of(const HttpRequest& request, const ClipLimits& limits) {

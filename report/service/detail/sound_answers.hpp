@@ -11,9 +11,10 @@ struct ClipLimits {
   double seconds = 60;
 };
 
-/// Answers for sounds in a request's body, as `carillon COMMAND --json` gives them for files; options
-/// are those of the command line, in the query: `?max_features=20&rt60=0.4`.
-/// @throws InputError  no sound, one that is too long or of no known format, an option that there is
+/// Answers for sounds in a request's body, as `carillon COMMAND --json` gives them for files;
+/// options are those of the command line, in the query: `?max_features=20&rt60=0.4`.
+/// @throws InputError  no sound, one that is too long or of no known format, an option that there
+/// is
 ///                     not or that cannot be read
 nlohmann::ordered_json features_of(const HttpRequest& request, const ClipLimits& limits);
 nlohmann::ordered_json fit_of(const HttpRequest& request, const ClipLimits& limits);
