@@ -31,10 +31,11 @@ TestSet open_test_set(const std::filesystem::path& folder, const learning::TaskS
   const auto id_of = [&](const std::string& key) { return seal ? seal->id_of(key) : key; };
   for (std::size_t i = 0; i < rows.size(); ++i) set.row_of[id_of(set.asked.keys[i])] = i;
   for (std::size_t i = 0; i < samples.keys.size(); ++i) {
-    const bool is_test = samples.part[i] == learning::Part::test;
-    // Only hidden samples have another name than their key.
-    const std::string id = is_test ? id_of(samples.keys[i]) : samples.keys[i];
-    if (!set.row_of.contains(id)) set.part_of[id] = samples.part[i];
+    // Test samples of a sealed export have no other name there; others may be hidden, or not.
+    const bool has_key = !seal || samples.part[i] != learning::Part::test;
+    for (const std::string& id : {id_of(samples.keys[i]), has_key ? samples.keys[i] : ""}) {
+      if (!id.empty() && !set.row_of.contains(id)) set.part_of[id] = samples.part[i];
+    }
   }
   if (seal && !seal->is_of(samples.keys)) {
     throw core::InputError(fmt::format("the seal is of another dataset than {}", folder.string()),

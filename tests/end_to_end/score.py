@@ -266,7 +266,10 @@ class Score(FolderTest):
         self.assertEqual(found["entries"][0]["accuracy"]["mean"], 1)
         self.assertIn("samples that small does not have",
                       self.refused("--task", "material", "--answers", "theirs.csv"))
-        # The same seal serves an export that is made again; another is not overwritten.
+        own = written(self.folder / "own.csv", ["sample", "class"], [row[:2] for row in self.test])
+        self.assertIn("samples that small does not have",
+                      self.refused("--task", "material", "--sealed", seal, "--answers", own))
+        # Another export has a seal of its own.
         again = run_json("export", "small", "--format", "webdataset", "--hide", "test", "--with", "mel",
                          "-o", "shards", cwd=self.folder)
         self.assertNotEqual(json.loads((self.folder / again["sealed"]).read_text())["secret"], secret)
