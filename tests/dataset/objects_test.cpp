@@ -277,10 +277,10 @@ TEST(Families10, TwinsAreDrawnFromTheSameRanges) {
   }
 }
 
-TEST(Families10, HasFortyDifferentBodiesOfEachFamilyInEveryVariant) {
+TEST(Families10, HasTwoHundredDifferentBodiesOfEachFamilyInEveryVariant) {
   for (const auto& [materials, sizes] : {std::pair{"first", "first"}, std::pair{"last", "last"}}) {
     const plan::BuildPlan plan = plan::make_plan(ready_task(materials, sizes));
-    EXPECT_EQ(plan.samples.size(), 400u);
+    EXPECT_EQ(plan.samples.size(), 2000u);
     std::set<std::string> identities, heard;
     std::map<std::string, std::set<std::string>> parts, spoken;
     for (const plan::Sample& sample : plan.samples) {
@@ -293,7 +293,7 @@ TEST(Families10, HasFortyDifferentBodiesOfEachFamilyInEveryVariant) {
       EXPECT_EQ(variant.size == 1, sizes == std::string("first"));
       heard.insert(variant.material);
     }
-    EXPECT_EQ(identities.size(), 400u) << "no object is there twice";
+    EXPECT_EQ(identities.size(), 2000u) << "no object is there twice";
     EXPECT_EQ(parts.size(), 10u);
     for (const auto& [family, seen] : parts) EXPECT_EQ(seen.size(), 3u) << family;
     for (const auto& [family, named] : spoken) EXPECT_EQ(named.size(), 1u) << family;
