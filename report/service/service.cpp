@@ -64,11 +64,15 @@ struct Service::State {
   explicit State(ServiceOptions given)
       : options(std::move(given)), server(options.http), gate(1, options.waiting) {}
 
+  static HttpReply busy() {
+    return error_reply(503, "too many requests wait already", "try again later");
+  }
+
   /// What a computation replies, once it may run.
   template <class Make>
   HttpReply compute(const Make& make) {
     const Gate::Pass pass = gate.enter();
-    if (!pass) return error_reply(503, "too many requests wait already", "try again later");
+    if (!pass) return busy();
     const double start = core::monotonic_seconds();
     ordered_json document = make();
     document["timing"]["service_s"] = core::monotonic_seconds() - start;
@@ -92,6 +96,9 @@ struct Service::State {
     std::string state = state_of(found);
     const double now = core::monotonic_seconds();
     if (page_html.empty() || (state != page_state && now - page_made > page_seconds)) {
+      // Modes are computed with, too.
+      const Gate::Pass pass = gate.enter();
+      if (!pass) return busy();
       PageRequest request;
       request.folders = options.folders;
       request.made = options.made;
