@@ -20,8 +20,8 @@ struct ScoreOptions {
 };
 
 void print_score(const ScoreOptions& options, const Context& context) {
-  eval::scoring::ScoreRequest request{options.dataset, options.task, {},
-                                      options.tasks,   options.seal, options.output};
+  eval::scoring::ScoreRequest request{options.dataset, options.task,   {},           options.tasks,
+                                      options.seal,    options.output, context.cache};
   for (const std::string& path : options.answers) {
     request.answers.push_back({path, options.name});
   }

@@ -84,8 +84,9 @@ py::array_t<float> prepared(const std::string& folder, std::size_t listener,
 /// @param answers  files and names of their entries
 std::string score(const std::string& dataset, const std::string& task,
                   const std::vector<std::pair<std::string, std::string>>& answers,
-                  const std::string& tasks, const std::string& sealed, const std::string& output) {
-  eval::scoring::ScoreRequest request{dataset, task, {}, tasks, sealed, output};
+                  const std::string& tasks, const std::string& sealed, const std::string& output,
+                  const std::string& cache) {
+  eval::scoring::ScoreRequest request{dataset, task, {}, tasks, sealed, output, cache};
   for (const auto& [path, name] : answers) request.answers.push_back({path, name});
   start_solver();
   return interruptible([request](const Waiting&) {

@@ -116,7 +116,8 @@ void add_gallery(const NamedDatasets& datasets, std::size_t bytes, const PageReq
 /// Names of the files that `carillon score` wrote in an evaluation's folder, in their order.
 std::vector<std::string> leaderboards_in(const std::filesystem::path& folder) {
   std::vector<std::string> names;
-  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+  std::error_code unreadable;  // then there are none to show
+  for (const auto& entry : std::filesystem::directory_iterator(folder, unreadable)) {
     const std::string name = entry.path().filename().string();
     if (name.starts_with("leaderboard-") && name.ends_with(".json")) names.push_back(name);
   }

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <mutex>
 #include <numeric>
 #include <utility>
 
@@ -205,10 +204,7 @@ std::vector<eval::studies::Recogniser> load(const std::string& models, const std
 report::service::Identify make_identifier(const std::string& models, const std::string& device) {
   auto recognisers =
       std::make_shared<const std::vector<eval::studies::Recogniser>>(load(models, "", {}, device));
-  // One clip at a time: libtorch's own caches are not asked by several threads.
-  auto alone = std::make_shared<std::mutex>();
-  return [recognisers, alone](const std::filesystem::path& clip) {
-    const std::lock_guard lock(*alone);
+  return [recognisers](const std::filesystem::path& clip) {
     return ordered_json{{"tasks", tasks_json(ask_all(*recognisers, clip.string()))}};
   };
 }

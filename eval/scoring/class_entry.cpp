@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <span>
 
 #include "core/did_you_mean.hpp"
 #include "core/error.hpp"
@@ -127,8 +128,12 @@ void refuse(const std::vector<std::string>& places, const std::string& what,
   if (!places.empty()) throw core::InputError(fmt::format("{}: {}", what, first_few(places)), hint);
 }
 
-std::string answers_file(std::int64_t seed) {
-  return fmt::format("answers-{}.h5", seed);
+/// Other answers have another name: those that stand there are kept until these are.
+std::string answers_file(std::int64_t seed, const PartAnswers& answers) {
+  core::Sha256 hash;
+  for (const std::string& key : answers.keys) hash.add(key).add("\n");
+  return fmt::format("answers-{}-{}.h5", seed,
+                     hash.add(std::span(answers.scores)).hex().substr(0, 8));
 }
 
 }  // namespace
@@ -205,18 +210,27 @@ ClassEntry read_class_entry(const core::CsvTable& table, const std::string& name
 }
 
 void keep_entry(const ClassEntry& entry, const TestSet& set, const fs::path& folder) {
-  // What stands there is of no use from here on: entry.json makes an entry, and comes last.
-  fs::remove(folder / "entry.json");
+  std::vector<std::string> files;
   for (std::size_t s = 0; s < entry.seeds.size(); ++s) {
-    write_answers(folder / answers_file(entry.seeds[s]), {set.classes, {}, entry.answers[s]});
+    files.push_back(answers_file(entry.seeds[s], entry.answers[s]));
+    write_answers(folder / files.back(), {set.classes, {}, entry.answers[s]});
   }
   const nlohmann::ordered_json about = {{"entry", entry.name},
                                         {"task", learning::to_json(set.task)},
                                         {"dataset_content", set.content},
                                         {"probabilities", entry.has_probabilities},
                                         {"seeds", entry.seeds},
+                                        {"files", files},
                                         {"notes", entry.notes}};
   core::write_text_durably(folder / "entry.json", about.dump(1) + "\n");
+  // What an earlier entry of that name answered.
+  for (const auto& other : fs::directory_iterator(folder)) {
+    const std::string name = other.path().filename().string();
+    if (name.starts_with("answers-") &&
+        std::find(files.begin(), files.end(), name) == files.end()) {
+      fs::remove(other.path());
+    }
+  }
 }
 
 ClassEntry kept_entry(const fs::path& folder, const TestSet& set) {
@@ -227,10 +241,12 @@ ClassEntry kept_entry(const fs::path& folder, const TestSet& set) {
                           hint);
   }
   ClassEntry entry;
+  std::vector<std::string> files;
   try {
     entry.name = about.at("entry");
     entry.has_probabilities = about.at("probabilities");
     entry.seeds = about.at("seeds").get<std::vector<std::int64_t>>();
+    files = about.at("files").get<std::vector<std::string>>();
     if (learning::task_from(about.at("task")) != set.task) {
       throw core::InputError(fmt::format("{} answered another task of that name", folder.string()),
                              hint);
@@ -239,8 +255,8 @@ ClassEntry kept_entry(const fs::path& folder, const TestSet& set) {
     throw core::FileError(
         fmt::format("{} is damaged: {}", (folder / "entry.json").string(), error.what()), hint);
   }
-  for (const std::int64_t seed : entry.seeds) {
-    Answers answers = read_answers(folder / answers_file(seed));
+  for (const std::string& file : files) {
+    Answers answers = read_answers(folder / file);
     if (answers.classes != set.classes || answers.test.keys != set.asked.keys ||
         answers.test.labels != set.asked.labels) {
       throw core::InputError(

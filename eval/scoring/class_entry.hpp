@@ -30,7 +30,8 @@ struct ClassEntry {
 ClassEntry read_class_entry(const core::CsvTable& table, const std::string& name,
                             const TestSet& set);
 
-/// The entry's folder: `entry.json` and `answers-SEED.h5`. An entry of the same name is replaced.
+/// The entry's folder: `entry.json` and the files of answers that it names, one for each seed. An
+/// entry of the same name is replaced, once this one is whole.
 /// @throws StorageError
 void keep_entry(const ClassEntry& entry, const TestSet& set, const std::filesystem::path& folder);
 

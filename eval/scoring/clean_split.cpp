@@ -9,7 +9,6 @@
 
 #include "core/cached.hpp"
 #include "core/error.hpp"
-#include "core/files.hpp"
 #include "core/hash.hpp"
 #include "dataset/check/leaks.hpp"
 
@@ -22,10 +21,11 @@ namespace fs = std::filesystem;
 /// Raised whenever what counts as a leak changes.
 constexpr int verdict_version = 1;
 
-/// In the user's cache, where the same dataset was found clean before: the surfaces of thousands of
-/// objects take minutes. Names what the verdict depends on: what was built, and by size and time
-/// that no file of it has changed since (every build writes the index anew).
-fs::path verdict_file(const fs::path& folder, const std::string& split) {
+/// Is there where the same dataset was found clean before; "" where that cannot be known. Names
+/// what the verdict depends on: what was built, and by size and time that no file of it has changed
+/// since (every build writes the index anew).
+fs::path verdict_file(const fs::path& folder, const std::string& split, const fs::path& cache) {
+  if (cache.empty()) return {};
   const fs::path description = folder / "dataset.json";
   if (!fs::is_regular_file(description) || !fs::is_regular_file(folder / "index.h5")) return {};
   std::vector<std::string> files;
@@ -44,13 +44,13 @@ fs::path verdict_file(const fs::path& folder, const std::string& split) {
     content += fmt::format("{} {} {}\n", file, fs::file_size(folder / file, missing),
                            fs::last_write_time(folder / file, missing).time_since_epoch().count());
   }
-  return core::default_cache_folder() / "splits" / core::sha256(content);
+  return cache / "splits" / core::sha256(content);
 }
 
 }  // namespace
 
-void require_clean_split(const std::filesystem::path& folder, const std::string& split) {
-  const std::filesystem::path verdict = verdict_file(folder, split);
+void require_clean_split(const fs::path& folder, const std::string& split, const fs::path& cache) {
+  const fs::path verdict = verdict_file(folder, split, cache);
   if (!verdict.empty() && std::filesystem::exists(verdict)) return;
   const dataset::check::DatasetFolder opened = dataset::check::open_folder(folder, "");
   const std::vector<dataset::check::Row> rows = dataset::check::read_rows(opened, opened.present);

@@ -17,15 +17,15 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
-/// A measure of each shape: the median over its materials and sizes, whose modes are the same but
-/// for a factor.
+/// A measure of each shape, NaN where it has none: the median over its materials and sizes, whose
+/// modes are the same but for a factor.
 std::vector<double> by_shape(const ObjectEntry& entry, const ObjectMeasure& measure) {
   std::map<std::string, std::vector<double>> values;
   for (std::size_t o = 0; o < entry.objects.size(); ++o) {
     const std::string& name = entry.objects[o];
-    if (!std::isnan(measure.values[o])) {
-      values[name.substr(0, name.find('/'))].push_back(measure.values[o]);
-    }
+    // Every shape has its place, so that entries can be compared.
+    std::vector<double>& of_shape = values[name.substr(0, name.find('/'))];
+    if (std::isfinite(measure.values[o])) of_shape.push_back(measure.values[o]);
   }
   std::vector<double> medians;
   for (auto& [shape, all] : values) medians.push_back(core::median(std::move(all)));

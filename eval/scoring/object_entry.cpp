@@ -173,6 +173,10 @@ Numbers damping_errors(const TrueObject& object, const Said& said, const ObjectC
       if (partner[m] != perception::unpaired) set(m, rates[partner[m]]);
     }
   }
+  // Of what does not decay there is no relative error.
+  for (std::size_t m = modes; m-- > 0;) {
+    if (!(object.decay_rates[m] > 0)) errors.erase(errors.begin() + static_cast<std::ptrdiff_t>(m));
+  }
   return {core::median(errors), of_alphas[0], of_alphas[1]};
 }
 

@@ -13,15 +13,14 @@ namespace carillon::eval::scoring {
 
 namespace {
 
-TrueObject true_object(const std::string& name, const std::string& shape,
-                       const dataset::samples::ShapeModes& solved, std::size_t variant) {
+TrueObject true_object(const std::string& name, const dataset::samples::ShapeModes& solved,
+                       std::size_t variant) {
   const solvers::modes::Modes modes = solved.of(variant);
   std::vector<synth::damping::DampingModel> regions;
   for (const synth::material::Material& material : solved.materials(variant)) {
     regions.push_back(material.damping);
   }
   TrueObject object{name,
-                    shape,
                     modes.eigenvalues,
                     modes.pitch_errors,
                     synth::damping::clamped_decay_rates(modes, regions).values,
@@ -53,7 +52,7 @@ TrueObjects open_true_objects(const std::filesystem::path& folder,
       place[{s, v}] = truth.objects.size();
       truth.objects.push_back(true_object(
           fmt::format("{}/{}/{}", shape.id, variant.material, dataset::plan::size_name(variant)),
-          shape.id, solved, v));
+          solved, v));
     }
   }
   for (const dataset::plan::Sample& sample : plan.samples) {

@@ -13,7 +13,6 @@ namespace carillon::eval::scoring {
 /// A test object in one of its materials and sizes, as it was computed.
 struct TrueObject {
   std::string name;                  ///< shape/material/size, as the keys of its samples begin
-  std::string shape;                 ///< which it has with its other materials and sizes
   std::vector<double> eigenvalues;   ///< lambda [rad^2/s^2], ascending
   std::vector<double> pitch_errors;  ///< estimated [cent]; empty where none were
   std::vector<double> decay_rates;   ///< of the material alone [1/s]

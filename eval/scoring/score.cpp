@@ -148,7 +148,7 @@ Scored score(const ScoreRequest& request) {
   const learning::TaskSpec task = request.tasks.empty()
                                       ? task_known_as(scored.folder, request.task)
                                       : task_of_configuration(request.tasks, request.task);
-  const TestSet set = open_test_set(dataset, task, seal);
+  const TestSet set = open_test_set(dataset, task, seal, request.cache);
   std::vector<ClassEntry> entries;
   for (const auto& [name, table] : tables) {
     entries.push_back(read_class_entry(table, name, set));

@@ -25,6 +25,7 @@ struct ScoreRequest {
   std::string tasks;                 ///< configuration with `train.tasks`; "": none
   std::filesystem::path seal;        ///< of an export that hides labels; "": none
   std::filesystem::path output;      ///< folder in place of the dataset's own; ""
+  std::filesystem::path cache;       ///< as of require_clean_split()
 };
 
 /// What was found.

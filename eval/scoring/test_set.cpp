@@ -9,10 +9,11 @@
 namespace carillon::eval::scoring {
 
 TestSet open_test_set(const std::filesystem::path& folder, const learning::TaskSpec& task,
-                      const std::optional<dataset::exporters::Seal>& seal) {
+                      const std::optional<dataset::exporters::Seal>& seal,
+                      const std::filesystem::path& cache) {
   const auto source = learning::open_dataset_source(folder);
   const learning::LabelledSamples samples = learning::label_samples(*source, task);
-  require_clean_split(folder, task.split);
+  require_clean_split(folder, task.split, cache);
   if (seal && seal->split != task.split) {
     throw core::InputError(
         fmt::format("task {} is held out by {}, and the export hides parts of {}", task.name,

@@ -25,11 +25,13 @@ struct TestSet {
 
 /// @param seal  of an export that hides its labels: samples are asked by its ids; else by their
 ///              keys
+/// @param cache  as of require_clean_split()
 /// @throws InputError  no such column, a split that leaks (require_clean_split()), no test samples,
 ///                     a seal of another dataset
 ///         FileError   no dataset, or shards that are missing
 TestSet open_test_set(const std::filesystem::path& folder, const learning::TaskSpec& task,
-                      const std::optional<dataset::exporters::Seal>& seal);
+                      const std::optional<dataset::exporters::Seal>& seal,
+                      const std::filesystem::path& cache);
 
 /// The task that a name stands for without a configuration: the classes of a column of texts.
 /// @param name  `material`, `family`, `shape`, `label_NAME`; `geometry` is the column `shape`

@@ -8,7 +8,7 @@ import tempfile
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from carillon import _carillon
+from carillon import _carillon, objects
 from carillon.errors import InputError
 
 Path = str | os.PathLike[str]
@@ -44,7 +44,7 @@ def score(dataset: Path, task: str, answers: Path | Mapping[str, Iterable[Any]] 
 
     Raises InputError: names what is missing, double or none of the classes.
     """
-    rest = (os.fspath(tasks), os.fspath(sealed), os.fspath(output))
+    rest = (os.fspath(tasks), os.fspath(sealed), os.fspath(output), os.fspath(objects.cache))
     folder = os.fspath(dataset)
     if answers is None:
         return Scores(json.loads(_carillon.score(folder, task, [], *rest)))

@@ -27,7 +27,7 @@ namespace {
 constexpr std::size_t longest_path = 512;
 constexpr double keep_alive_seconds = 5;
 constexpr int requests_of_a_connection = 1000;
-constexpr std::size_t most_files = 16;
+constexpr std::size_t max_files = 16;
 
 /// The connection whose request this thread answers.
 thread_local TimedStream* current_stream = nullptr;
@@ -259,7 +259,7 @@ void HttpServer::post(const std::string& pattern, Answer answer) {
                                              ? read(
                                                    [&](const httplib::MultipartFormData& field) {
                                                      part = &own.files[field.name];
-                                                     return own.files.size() <= most_files;
+                                                     return own.files.size() <= max_files;
                                                    },
                                                    take)
                                              : read(take);

@@ -58,7 +58,7 @@ class HttpServer {
 
   /// @param port  0: any that is free
   /// @return the port
-  /// @throws InputError  the address cannot be had
+  /// @throws InputError  the address cannot be listened at
   int bind(const std::string& host, int port);
   /// Answers until stop(), then ends what is under way.
   void listen();

@@ -32,6 +32,16 @@ bool is_loopback(const std::string& host) {
   return host == "localhost" || host == "::1" || host.starts_with("127.");
 }
 
+/// A page of another's, opened in a browser here, may have had its name changed to this machine's
+/// address (DNS rebinding): then the request names that page's host.
+bool asks_this_machine(const HttpRequest& request) {
+  const auto at = request.header.find("host");
+  if (at == request.header.end()) return true;  // no browser
+  const std::string& host = at->second;
+  if (host.starts_with("[")) return is_loopback(host.substr(1, host.find(']') - 1));
+  return is_loopback(host.substr(0, host.find(':')));
+}
+
 HttpReply json_reply(const ordered_json& document) {
   return {200, "application/json", document.dump(1) + "\n", {}};
 }
@@ -80,6 +90,10 @@ struct Service::State {
   }
 
   std::optional<HttpReply> check(const HttpRequest& request) const {
+    if (options.token.empty() && !asks_this_machine(request)) {
+      return error_reply(403, "this machine is asked for by another's name",
+                         "http://127.0.0.1 or localhost");
+    }
     if (options.token.empty() || request.path == "/v1/health") return std::nullopt;
     const auto given = request.header.find("authorization");
     const auto asked = request.query.find("token");
@@ -133,22 +147,34 @@ struct Service::State {
                        {"identify", static_cast<bool>(options.identify)}});
   }
 
-  /// Builds that run, as their status says; nothing where nothing has changed since.
-  std::optional<std::string> news(std::string& told) {
-    ordered_json builds = ordered_json::array();
+  /// Every build's status; of one that cannot be read why, as folders may go while they are served.
+  ordered_json builds() const {
+    ordered_json found = ordered_json::array();
     for (const fs::path& folder : find_report_folders(options.folders).datasets) {
       try {
-        builds.push_back(dataset::run::read_status(folder));
-        builds.back()["folder"] = folder.string();
-        builds.back()["line"] = dataset::run::status_line(builds.back());
+        ordered_json status = dataset::run::read_status(folder);
+        status["folder"] = folder.string();
+        status["line"] = dataset::run::status_line(status);
+        found.push_back(std::move(status));
       } catch (const core::Error&) {
         // A dataset of another's make has none.
       }
     }
-    std::string text = ordered_json{{"builds", builds}}.dump();
-    if (text == told) return std::nullopt;
-    told = text;
-    return text;
+    return found;
+  }
+
+  /// What all pages that listen are told; looked for once a second.
+  std::string news() {
+    const std::lock_guard lock(newsroom);
+    const double now = core::monotonic_seconds();
+    if (!latest.empty() && now - latest_made < 1) return latest;
+    try {
+      latest = ordered_json{{"builds", builds()}}.dump();
+    } catch (const std::exception& error) {
+      latest = ordered_json{{"builds", nullptr}, {"error", error.what()}}.dump();
+    }
+    latest_made = now;
+    return latest;
   }
 
   void route() {
@@ -157,8 +183,12 @@ struct Service::State {
     server.get("/v1/health", [this](const HttpRequest&) { return health(); });
     server.get("/v1/datasets", [this](const HttpRequest&) { return datasets(); });
     server.get("/v1/events", [this](const HttpRequest&) {
-      auto told = std::make_shared<std::string>();
-      return HttpReply{200, "", "", [this, told] { return news(*told); }};
+      const auto next = [this, told = std::string()]() mutable -> std::optional<std::string> {
+        std::string latest_news = news();
+        if (latest_news == told) return std::nullopt;
+        return told = std::move(latest_news);
+      };
+      return HttpReply{200, "", "", next};
     });
     const auto answers = [&](const char* path,
                              ordered_json (*answer)(const HttpRequest&, const ClipLimits&)) {
@@ -183,6 +213,9 @@ struct Service::State {
   Gate gate;
   /// HDF5 is asked by one thread at a time.
   std::mutex storage;
+  std::mutex newsroom;
+  std::string latest;
+  double latest_made = 0;
   std::string page_html, page_state;
   double page_made = 0;
   int port = 0;

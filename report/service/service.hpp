@@ -11,7 +11,8 @@
 
 namespace carillon::report::service {
 
-/// What trained networks say of a clip, as `carillon identify --json` tells it of one.
+/// What trained networks say of a clip, as `carillon identify --json` tells it of one. Asked by one
+/// thread at a time.
 using Identify = std::function<nlohmann::ordered_json(const std::filesystem::path& clip)>;
 
 struct ServiceOptions {

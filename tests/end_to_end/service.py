@@ -4,6 +4,7 @@ import contextlib
 import http.client
 import json
 import pathlib
+import shutil
 import signal
 import socket
 import struct
@@ -151,6 +152,14 @@ class Service(FolderTest):
                 self.assertEqual(status, code, told)
                 self.assertIn(message, told["error"]["message"])
                 self.assertNotIn("/tmp", json.dumps(told))
+        status, told = self.server.ask_json("/v1/datasets", headers={"Host": "elsewhere.example"})
+        self.assertEqual(status, 403, told)
+        nothing = wav_bytes(numpy.zeros(0))
+        form = b"".join(b"--x\r\nContent-Disposition: form-data; name=\"%s\"; filename=\"a\"\r\n\r\n%s\r\n" %
+                        (name, nothing) for name in (b"reference", b"other")) + b"--x--\r\n"
+        status, told = self.server.ask_json(
+            "/v1/compare", form, {"Content-Type": "multipart/form-data; boundary=x"})
+        self.assertIn(status, (200, 400), told)
         status, told = self.server.ask_json("/v1/features", bytes(3_000_000))
         self.assertEqual(status, 413, told)
         # Nothing to hear is an answer.
@@ -167,7 +176,7 @@ class Service(FolderTest):
             self.assertEqual((status, told.get("features")), (200, expected))
 
     def test_clients_that_hang_or_go_away_hold_nobody_up(self):
-        head = b"POST /v1/features HTTP/1.1\r\nHost: x\r\nContent-Length: 100000\r\n\r\n"
+        head = b"POST /v1/features HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: 100000\r\n\r\n"
         with contextlib.ExitStack() as stack:
             for text in [b"", b"GET ", head, head + self.clip[:2000]] * 8:
                 client = stack.enter_context(socket.create_connection(("127.0.0.1", self.server.port)))
@@ -216,6 +225,24 @@ class Service(FolderTest):
             self.assertEqual(result.returncode, 2, result.stdout)
             self.assertIn(message, result.stderr)
         self.assertEqual(run("serve", "nothing", cwd=self.folder).returncode, 2)
+
+    def test_a_dataset_may_go_while_it_is_served(self):
+        shutil.copytree(self.folder / "small", self.folder / "gone")
+        server = Server("gone", cwd=self.folder)
+        try:
+            with contextlib.closing(http.client.HTTPConnection("127.0.0.1", server.port, timeout=30)) as connection:
+                connection.request("GET", "/v1/events")
+                events = connection.getresponse()
+                self.assertIn(b"done", events.readline())
+                shutil.rmtree(self.folder / "gone")
+                told = b""
+                while b"error" not in told:
+                    told = events.readline()
+            self.assertEqual(server.ask("/v1/datasets")[0], 400)
+            self.assertEqual(server.ask("/")[0], 400)
+            self.assertEqual(server.ask("/v1/features", self.clip)[0], 200)
+        finally:
+            self.assertEqual(server.stop()[0], 0)
 
     def test_a_signal_lets_what_is_under_way_end(self):
         server = Server("small", cwd=self.folder)

@@ -3,6 +3,7 @@
 #include <rapidcheck/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <set>
@@ -82,6 +83,18 @@ TEST_F(Boards, TellEntriesApartThatDifferAlikeOnEveryObject) {
   EXPECT_TRUE(found.rows[1].is_told_apart) << "40 of 40 objects say so";
 }
 
+TEST_F(Boards, HaveTheLastAnswersOfAName) {
+  hand_in("mine", [](std::size_t) { return false; });
+  hand_in("mine", [](std::size_t) { return true; });
+  const Leaderboard found = board();
+  ASSERT_EQ(found.rows.size(), 1u);
+  EXPECT_EQ(found.rows[0].measures[0].estimate.mean, 1);
+  std::size_t files = 0;
+  const std::filesystem::path place = entries_folder(folder_.path(), "material") / "mine";
+  for ([[maybe_unused]] const auto& file : std::filesystem::directory_iterator(place)) ++files;
+  EXPECT_EQ(files, 2u) << "entry.json and one file of answers";
+}
+
 TEST_F(Boards, LeaveOutWhatAnsweredForAnotherStateAndSayIt) {
   hand_in("right", [](std::size_t) { return true; });
   set_ = test_set(41);
@@ -129,8 +142,7 @@ RC_GTEST_PROP(ClassEntries, AnswersComeBackWhateverTheirOrder, ()) {
 /// Two shapes, one in two materials.
 TrueObjects true_objects() {
   const auto object = [](const std::string& shape, const std::string& material) {
-    return TrueObject{
-        shape + "/" + material + "/1", shape, {1e6, 4e6, 9e6}, {}, {5, 6, 7}, {2, 1e-6}};
+    return TrueObject{shape + "/" + material + "/1", {1e6, 4e6, 9e6}, {}, {5, 6, 7}, {2, 1e-6}};
   };
   return {"bells",
           {object("bell-0", "brass"), object("bell-0", "steel"), object("bell-1", "steel")},
@@ -156,6 +168,28 @@ TEST(ObjectEntries, ErrorsAreThoseOfTheModes) {
   EXPECT_NEAR(entry.measures[0].values[2], 1.0 / 6, 1e-12);
   EXPECT_NEAR(entry.measures[1].values[2], 4, 1e-12);
   EXPECT_NEAR(entry.measures[2].values[2], 1, 1e-12);
+}
+
+TEST(ObjectEntries, WhatDoesNotDecayHasNoRelativeError) {
+  TrueObjects truth = true_objects();
+  truth.objects[0].decay_rates = {0, 0, 0};
+  truth.objects[2].decay_rates = {0, 6, 7};
+  const core::CsvTable table = object_table(
+      {"object", "alpha1", "alpha2"},
+      {{"bell-0/brass", "12", "0"}, {"bell-0/steel/1", "12", "0"}, {"bell-1", "12", "0"}});
+  const ObjectEntry entry = score_objects(table, "flat", ObjectTask::damping, truth);
+  EXPECT_TRUE(std::isnan(entry.measures[0].values[0]));
+  EXPECT_NEAR(entry.measures[0].values[2], (0 + 1.0 / 7) / 2, 1e-12);
+  // Entries are compared shape by shape, and one without a number stands in nobody's way.
+  const core::TemporaryFolder folder;
+  for (const char* name : {"one", "two"}) {
+    ObjectEntry named = entry;
+    named.name = name;
+    keep_entry(named, entries_folder(folder.path(), "damping") / name);
+  }
+  const Leaderboard found = object_board(folder.path(), ObjectTask::damping, truth);
+  ASSERT_EQ(found.rows.size(), 2u);
+  EXPECT_FALSE(found.rows[1].is_told_apart);
 }
 
 TEST(ObjectEntries, AModeIsAnsweredOnce) {

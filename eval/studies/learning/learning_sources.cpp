@@ -62,8 +62,8 @@ void require_one_part(const std::vector<const learning::SampleSource*>& sources,
 }
 
 std::unique_ptr<learning::SampleSource> open_source(
-    const Condition& condition, const LearningConfig& config, MPI_Comm world,
-    const std::optional<learning::ClipFormat>& format) {
+    const Condition& condition, const LearningConfig& config, const std::filesystem::path& cache,
+    MPI_Comm world, const std::optional<learning::ClipFormat>& format) {
   std::unique_ptr<learning::SampleSource> source;
   if (condition.recordings) {
     // Their splits are checked where they are asked for.
@@ -81,7 +81,7 @@ std::unique_ptr<learning::SampleSource> open_source(
   mpi::agreed(world, [&] {
     if (mpi::rank(world) != 0) return;
     for (const std::string& split : splits_of(config))
-      scoring::require_clean_split(condition.folder, split);
+      scoring::require_clean_split(condition.folder, split, cache);
   });
   mpi::agreed(world,
               [&] { source = learning::open_dataset_source(condition.folder, config.listener); });
@@ -96,16 +96,17 @@ std::vector<LearningSource> open_learning_sources(const LearningConfig& config,
   std::unique_ptr<learning::SampleSource> with;
   std::optional<learning::ClipFormat> format;
   if (config.with && !config.with->recordings) {
-    with = open_source(*config.with, config, world);
+    with = open_source(*config.with, config, datasets.cache(), world);
     format = with->clip_format();
   }
   for (const Condition& condition : datasets.conditions()) {
-    sources.push_back(
-        {condition.name, condition.place, open_source(condition, config, world, format)});
+    sources.push_back({condition.name, condition.place,
+                       open_source(condition, config, datasets.cache(), world, format)});
   }
   if (!config.join && !config.with) return sources;
   if (config.with && !with) {
-    with = open_source(*config.with, config, world, sources.front().samples->clip_format());
+    with = open_source(*config.with, config, datasets.cache(), world,
+                       sources.front().samples->clip_format());
   }
   std::vector<std::unique_ptr<learning::SampleSource>> parts;
   std::vector<const learning::SampleSource*> all;

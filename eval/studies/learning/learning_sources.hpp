@@ -20,12 +20,13 @@ struct LearningSource {
 };
 
 /// A dataset whose splits hold what they promise, or recordings.
+/// @param cache   as of scoring::require_clean_split()
 /// @param format  of recordings' clips, where they stand beside a dataset's sounds
 /// @throws InputError, FileError  a split that leaks, no dataset; on every rank alike
 /// @note Collective on world.
 std::unique_ptr<learning::SampleSource> open_source(
-    const Condition& condition, const LearningConfig& config, MPI_Comm world,
-    const std::optional<learning::ClipFormat>& format = {});
+    const Condition& condition, const LearningConfig& config, const std::filesystem::path& cache,
+    MPI_Comm world, const std::optional<learning::ClipFormat>& format = {});
 
 /// Refuses sources that have a sound, or an object where objects are held out, in different parts.
 /// @throws InputError  names it

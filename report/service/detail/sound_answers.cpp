@@ -5,8 +5,7 @@
 
 #include <algorithm>
 #include <fstream>
-#include <iterator>
-#include <set>
+#include <map>
 
 #include "core/audio.hpp"
 #include "core/error.hpp"
@@ -171,10 +170,10 @@ ordered_json comparison_of(const HttpRequest& request, const ClipLimits& limits)
   const Clip reference(request, "reference", limits), other(request, "other", limits);
   const auto hear = [&](const Clip& clip) {
     return clip.told([&] {
-      auto channels = eval::features::channels_by_energy(core::read_audio(clip.path()));
-      const int rate = core::read_audio_header(clip.path()).sample_rate;
+      const core::AudioClip audio = core::read_audio(clip.path());
+      auto channels = eval::features::channels_by_energy(audio);
       eval::features::FeatureSet set =
-          eval::features::extract_features(channels.front().samples, rate, wanted);
+          eval::features::extract_features(channels.front().samples, audio.sample_rate, wanted);
       return eval::perception::HeardSound{std::move(channels.front().samples), std::move(set)};
     });
   };

@@ -63,7 +63,7 @@ class Run {
   OpenCondition open(const Condition& condition,
                      const std::optional<learning::ClipFormat>& format = {}) const {
     OpenCondition opened;
-    opened.source = open_source(condition, spec_.learning, world_, format);
+    opened.source = open_source(condition, spec_.learning, datasets_.cache(), world_, format);
     mpi::agreed(world_, [&] {
       opened.samples = learning::label_samples(*opened.source, spec_.task);
       if (&condition != &spec_.target) {
