@@ -27,7 +27,7 @@ add_custom_command(OUTPUT ${page_packages}
   WORKING_DIRECTORY ${page_folder}
   DEPENDS ${page_frozen}
   COMMENT "Fetching what the page of reports is made of (-DCARILLON_REPORT=OFF: none)")
-add_custom_command(OUTPUT ${page_folder}/page.html BYPRODUCTS ${page_folder}/licences.txt
+add_custom_command(OUTPUT ${page_folder}/page.html BYPRODUCTS ${page_folder}/licences.txt ${page_folder}/page.html.hpp
   COMMAND ${CMAKE_COMMAND} -E copy ${page_source}/build.mjs ${page_folder}
   COMMAND ${CARILLON_NODE} build.mjs ${page_source}/src page.html
   WORKING_DIRECTORY ${page_folder}
@@ -35,5 +35,5 @@ add_custom_command(OUTPUT ${page_folder}/page.html BYPRODUCTS ${page_folder}/lic
   COMMENT "Bundling the page of reports")
 set_source_files_properties(${PROJECT_SOURCE_DIR}/report/page.cpp PROPERTIES
   OBJECT_DEPENDS ${page_folder}/page.html
-  COMPILE_DEFINITIONS CARILLON_PAGE="${page_folder}/page.html")
+  COMPILE_DEFINITIONS "CARILLON_PAGE=\"${page_folder}/page.html\";CARILLON_PAGE_HASH=\"${page_folder}/page.html.hpp\"")
 set(CARILLON_PAGE ON PARENT_SCOPE)

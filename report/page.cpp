@@ -2,7 +2,8 @@
 #include "report/report.hpp"
 
 #ifdef CARILLON_PAGE
-// The page as the build bundled it (cli/report/page), within the program.
+// The page as the build bundled it (report/page), within the program.
+#include CARILLON_PAGE_HASH
 __asm__(
     ".section .rodata\n"
     ".global carillon_page_begin\n"

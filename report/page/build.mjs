@@ -1,8 +1,10 @@
 // Bundles the page into one file: node build.mjs FOLDER OUTPUT, where FOLDER is that of the page's
 // sources. `carillon report` puts what it shows in place of the mark in it. Runs where
 // node_modules is, which need not be beside the sources. licences.txt beside OUTPUT has those of the
-// packages that are in it.
+// packages that are in it, and OUTPUT.hpp a hash of the page: caches of compilers know the source that
+// includes it by what it reads as a source, and would give an older page.
 import { build } from "esbuild";
+import { createHash } from "node:crypto";
 import { readdir, readFile, writeFile } from "node:fs/promises";
 import path from "node:path";
 
@@ -48,6 +50,8 @@ const [script, style, frame] = await Promise.all([
   readFile(path.join(folder, "frame.html"), "utf8"),
 ]);
 // Functions, as texts would have their dollar signs read.
-await writeFile(output, frame.replace("/* style */", () => style).replace("/* script */", () => script));
+const page = frame.replace("/* style */", () => style).replace("/* script */", () => script);
+await writeFile(output, page);
+await writeFile(`${output}.hpp`, `#pragma once\n// ${createHash("sha256").update(page).digest("hex")}\n`);
 const licences = await Promise.all([...packages].sort().map(licence));
 await writeFile(path.join(path.dirname(output), "licences.txt"), licences.join("\n\n"));

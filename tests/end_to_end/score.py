@@ -8,6 +8,7 @@ import unittest
 
 import h5py
 import numpy
+from browser import expect_report
 from program import FolderTest, run, run_json
 
 CONFIG = """
@@ -105,6 +106,12 @@ class Score(FolderTest):
         told = self.score("--task", "material", "-o", "board")
         self.assertEqual(told["entries"], [])
         self.assertEqual(told["leaderboard"]["rows"], again["leaderboard"]["rows"])
+
+    def test_the_board_is_on_the_page(self):
+        self.answers("one", lambda _, material: material)
+        self.answers("two", lambda *_: "wood")
+        self.score("--task", "material", "-o", "page", "--answers", "one.csv", "two.csv")
+        expect_report(self, self.folder / "page", ["leaderboard"])
 
     def test_probabilities_are_held_against_how_often_they_are_right(self):
         def row(key, material, sure):

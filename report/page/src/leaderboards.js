@@ -14,12 +14,12 @@ const shown = (value, unit) => (unit === "%" ? percent(value) : `${number(value)
 const measureOf = (row, name) => row.measures.find((measure) => measure.name === name);
 
 function withInterval({ mean, unit, interval95 }) {
-  return interval95 ? `${shown(mean, unit)} [${shown(interval95[0], unit)}, ${shown(interval95[1], unit)}]` : shown(mean, unit);
+  return typeof interval95?.[0] === "number" ? `${shown(mean, unit)} [${shown(interval95[0], unit)}, ${shown(interval95[1], unit)}]` : shown(mean, unit);
 }
 
 function content(board) {
   const names = [...new Set(board.rows.flatMap((row) => row.measures.map((measure) => measure.name)))];
-  return html`<p>${board.asked}</p>
+  return html`<p>${board.asked.replaceAll("`", "")}</p>
     ${board.notes.map((note) => html`<p class="note bad">${note}</p>`)}
     ${board.rows.length > 1 ? chart(board) : ""}
     ${table(
