@@ -43,4 +43,10 @@ core::Tell teller(const Context& context) {
   };
 }
 
+void on_one_rank(const Context& context, const std::function<void()>& action) {
+  mpi::agreed(context.world, [&] {
+    if (context.speaks()) action();
+  });
+}
+
 }  // namespace carillon::cli

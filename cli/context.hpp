@@ -2,6 +2,7 @@
 
 #include <mpi.h>
 
+#include <functional>
 #include <string>
 
 #include "cli/on_finish.hpp"
@@ -37,6 +38,10 @@ struct Context {
 /// @note Collective where the command has ranks: rank 0 looks.
 void require_output_file(const Context& context, const std::string& path);
 void require_output_folder(const Context& context, const std::string& path);
+
+/// What one rank does for all, which end with its outcome.
+/// @note Collective on context.world.
+void on_one_rank(const Context& context, const std::function<void()>& action);
 
 /// Says results on standard output, as the options ask for them.
 core::Tell teller(const Context& context);

@@ -180,8 +180,7 @@ void run_export(const ExportOptions& options, const Context& context) {
     source = source_of(folder, options);
   });
   std::string sealed;
-  mpi::agreed(context.world, [&] {
-    if (!context.speaks()) return;
+  on_one_rank(context, [&] {
     dataset::exporters::ExportFolder::begin(output);
     if (!options.hidden.empty()) sealed = to_json(seal_of(output, options, *rows)).dump();
   });
@@ -192,8 +191,7 @@ void run_export(const ExportOptions& options, const Context& context) {
   std::vector<dataset::exporters::ExportedFile> files;
   mpi::agreed(context.world, [&] { files = write_samples(task, options); });
   files = gather(files, context.world);
-  mpi::agreed(context.world, [&] {
-    if (!context.speaks()) return;
+  on_one_rank(context, [&] {
     write_descriptions(folder, source, task, files);
     dataset::exporters::ExportFolder::finish(output);
   });

@@ -5,7 +5,6 @@
 #include "cli/command_line.hpp"
 #include "cli/commands.hpp"
 #include "core/files.hpp"
-#include "mpi/comm.hpp"
 #include "mpi/made_by.hpp"
 #include "report/report.hpp"
 
@@ -39,12 +38,9 @@ void write_report(const ReportOptions& options, const Context& context) {
   for (const std::string& note : page.notes) fmt::print("  {}\n", note);
 }
 
-/// One rank does it; all end with its outcome.
 void run_report(const ReportOptions& options, const Context& context) {
   require_output_file(context, options.output);
-  mpi::agreed(context.world, [&] {
-    if (context.speaks()) write_report(options, context);
-  });
+  on_one_rank(context, [&] { write_report(options, context); });
 }
 
 }  // namespace

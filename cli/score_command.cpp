@@ -6,7 +6,6 @@
 #include "cli/commands.hpp"
 #include "core/error.hpp"
 #include "eval/scoring/score.hpp"
-#include "mpi/comm.hpp"
 
 namespace carillon::cli {
 
@@ -38,15 +37,12 @@ void print_score(const ScoreOptions& options, const Context& context) {
              scored.folder.string(), scored.board.task);
 }
 
-/// One rank does it; all end with its outcome.
 void run_score(const ScoreOptions& options, const Context& context) {
   if (options.answers.size() > 1 && !options.name.empty()) {
     throw core::InputError("--name names one entry, and there are several files of answers",
                            "without it each is called as its file");
   }
-  mpi::agreed(context.world, [&] {
-    if (context.speaks()) print_score(options, context);
-  });
+  on_one_rank(context, [&] { print_score(options, context); });
 }
 
 }  // namespace
