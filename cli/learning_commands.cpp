@@ -134,7 +134,8 @@ void add_learning_commands(Program& program, Context& context, const LearningCom
   add_identify(program, context, learning);
   add_evaluate(program, context, learning.sections);
 #ifdef CARILLON_SERVE
-  add_serve(program, context, learning.identifier);
+  add_serve(program, context);
+  add_answer(program, context, learning.identifier);
 #endif
 }
 

@@ -7,7 +7,7 @@
 #include "cli/context.hpp"
 #include "dataset/run/build.hpp"
 #include "eval/studies/evaluation.hpp"
-#include "report/service/service.hpp"
+#include "report/service/answers.hpp"
 
 namespace carillon::cli {
 
@@ -43,7 +43,7 @@ struct LearningCommands {
   /// @return the exit code, the same on every rank
   int (*train)(const TrainOptions& options, const Context& context) = nullptr;
   void (*identify)(const IdentifyOptions& options, const Context& context) = nullptr;
-  IdentifierMaker identifier = nullptr;  ///< for `serve`
+  IdentifierMaker identifier = nullptr;  ///< for `answer`
   /// Sections of `evaluate`; outlive the program's run.
   std::span<const eval::studies::EvaluationSection> sections{};
 };
@@ -67,10 +67,11 @@ std::vector<std::string> with_device(std::vector<std::string> overrides, const s
 void add_evaluate(Program& program, Context& context,
                   std::span<const eval::studies::EvaluationSection> sections);
 
-/// `serve`, with networks where the program has them.
-void add_serve(Program& program, Context& context, IdentifierMaker identifier);
+void add_serve(Program& program, Context& context);
+/// `answer`, with networks where the program has them.
+void add_answer(Program& program, Context& context, IdentifierMaker identifier);
 
-/// Adds `train`, `identify`, `evaluate` and `serve`.
+/// Adds `train`, `identify`, `evaluate`, `serve` and `answer`.
 void add_learning_commands(Program& program, Context& context, const LearningCommands& learning);
 
 }  // namespace carillon::cli

@@ -1,20 +1,22 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <filesystem>
 #include <memory>
 #include <thread>
 
 #include "cli/command_line.hpp"
-#include "cli/learn_program.hpp"
 #include "cli/learning_commands.hpp"
 #include "core/error.hpp"
 #include "core/files.hpp"
+#include "core/revision.hpp"
+#include "core/storage_error.hpp"
 #include "core/text.hpp"
 #include "mpi/comm.hpp"
 #include "mpi/interrupt.hpp"
-#include "mpi/made_by.hpp"
 #include "report/service/service.hpp"
 
 namespace carillon::cli {
@@ -23,8 +25,8 @@ namespace {
 
 struct ServeOptions {
   report::service::ServiceOptions service;
-  std::string token_file, models, device;
-  double body_mb = 64;
+  std::string token_file, models, device, launch = "mpirun";
+  double body_mb = 64, longest_clip = 60;
 };
 
 /// The first line of a file.
@@ -40,22 +42,49 @@ std::string read_token(const std::string& path) {
   return token;
 }
 
-void serve(const ServeOptions& options, const Context& context, IdentifierMaker identifier) {
-  if (mpi::size(context.world) > 1) {
+std::filesystem::path own_program() {
+  std::error_code unknown;
+  const auto program = std::filesystem::read_symlink("/proc/self/exe", unknown);
+  if (unknown) throw core::StorageError("/proc/self/exe cannot be read", "it needs /proc");
+  return program;
+}
+
+/// `carillon answer` with what it takes of the options.
+report::service::WorkerOptions workers_of(const ServeOptions& options, const Context& context) {
+  report::service::WorkerOptions workers = options.service.workers;
+  workers.program = own_program();
+  workers.arguments = {"--quiet", "--cache", context.cache, "answer"};
+  const auto add = [&](const std::string& word, const std::string& value) {
+    if (value.empty()) return;
+    workers.arguments.push_back(word);
+    workers.arguments.push_back(value);
+  };
+  add("--models", options.models);
+  add("--device", options.device);
+  add("--longest-clip", fmt::format("{}", options.longest_clip));
+  workers.arguments.emplace_back("--");
+  for (const std::string& folder : options.service.folders) workers.arguments.push_back(folder);
+  if (!options.service.jobs.empty()) workers.arguments.push_back(options.service.jobs);
+  return workers;
+}
+
+void serve(const ServeOptions& options, const Context& context) {
+  if (context.world != MPI_COMM_NULL && mpi::size(context.world) > 1) {
     throw core::InputError("serve is one process, and mpirun started several",
                            "start it without mpirun");
   }
   report::service::ServiceOptions own = options.service;
-  own.made = mpi::made_by(context.command, context.world);
-  own.http.body = static_cast<std::size_t>(options.body_mb * 1e6);
-  if (!options.token_file.empty()) own.token = read_token(options.token_file);
-  if (!options.models.empty()) {
-    if (identifier == nullptr) {
-      throw core::InputError("--models needs carillon-learn, which is not installed",
-                             "build with libtorch (-DCARILLON_LEARN=ON)");
-    }
-    own.identify = identifier(options.models, options.device);
+  if (own.folders.empty() && own.jobs.empty()) {
+    throw core::InputError("there is nothing to serve",
+                           "name folders that build, accuracy or evaluate made, or --jobs FOLDER");
   }
+  own.made = {{"command", context.command}, {"carillon", core::revision()}};
+  own.http.body = static_cast<std::size_t>(options.body_mb * 1e6);
+  own.launcher = options.launch == "slurm" ? report::service::Launcher::slurm
+                                           : report::service::Launcher::mpirun;
+  if (!own.jobs.empty()) std::filesystem::create_directories(own.jobs);
+  own.workers = workers_of(options, context);
+  if (!options.token_file.empty()) own.token = read_token(options.token_file);
   const mpi::InterruptGuard guard;
   report::service::Service service(std::move(own));
   fmt::print("http://{}:{}/\n", options.service.host, service.port());
@@ -75,15 +104,17 @@ void serve(const ServeOptions& options, const Context& context, IdentifierMaker 
 
 }  // namespace
 
-void add_serve(Program& program, Context& context, IdentifierMaker identifier) {
+void add_serve(Program& program, Context& context) {
   Command& command =
-      program.add("serve", "the report's page, and answers for sounds, by HTTP", Needs::ranks);
+      program.add("serve", "the report's page, answers for sounds, and jobs, by HTTP",
+                  Needs::nothing);
   auto options = std::make_shared<ServeOptions>();
   report::service::ServiceOptions& service = options->service;
-  command
-      .option("folders", service.folders,
-              "folders that build, accuracy or evaluate made, or that hold such")
-      .required();
+  const auto cores = std::max<std::size_t>(1, std::thread::hardware_concurrency());
+  service.workers.count = cores;
+  service.ranks = static_cast<int>(cores);
+  command.option("folders", service.folders,
+                 "folders that build, accuracy or evaluate made, or that hold such");
   command
       .option("-m,--models", options->models,
               "folder below which trained networks lie, for /v1/identify")
@@ -93,29 +124,48 @@ void add_serve(Program& program, Context& context, IdentifierMaker identifier) {
   command.option("--port", service.port, "0: any that is free").range(0, 65535).show_default();
   command.option("--token", options->token_file,
                  "file whose first line requests must have; asked for beyond this machine");
+  command.option("--workers", service.workers.count, "processes that compute answers")
+      .range(std::size_t{1}, std::size_t{1000})
+      .show_default("one for each core");
   command
-      .option("--waiting", service.waiting, "requests that wait for a computation; others get 503")
+      .option("--waiting", service.workers.waiting,
+              "requests that wait for a worker; others get 503")
       .range(std::size_t{0}, std::size_t{100000})
       .show_default();
-  command.option("--longest-clip", service.longest_clip, "of a sound [s]")
+  command.option("--time-limit", service.workers.seconds, "for an answer [s]")
+      .range(0.1, 86400.0)
+      .show_default();
+  command.option("--longest-clip", options->longest_clip, "of a sound [s]")
       .range(0.01, 3600.0)
       .show_default();
   command.option("--max-body", options->body_mb, "of a request [MB]")
       .range(0.001, 4000.0)
       .show_default();
+  command
+      .option("--jobs", service.jobs,
+              "folder of the queue of builds, trainings, evaluations and scores; without it none "
+              "are taken")
+      .show_default("none");
+  command.option("--ranks", service.ranks, "of a job, at the most")
+      .range(1, 100000)
+      .show_default("one for each core");
+  command.option("--launch", options->launch, "mpirun here, or slurm (scripts/slurm/job.sbatch)")
+      .one_of({"mpirun", "slurm"})
+      .show_default();
+  command.option("--max-jobs", service.max_jobs, "that wait or run; others get 400")
+      .range(std::size_t{1}, std::size_t{100000})
+      .show_default();
+  command.option("--sealed", service.seals,
+                 "what `carillon export --hide test` kept: answers by the export's names are scored");
   command.footer(
       "Examples:\n"
       "  carillon serve carillon-smoke\n"
       "  carillon serve nightly --models carillon-learning-smoke --port 8080\n"
+      "  carillon serve carillon-smoke --jobs queue --ranks 2\n"
       "  curl --data-binary @clip.wav http://127.0.0.1:8750/v1/features\n"
+      "  curl --data-binary @configs/smoke.yaml \"http://127.0.0.1:8750/v1/jobs?command=build\"\n"
       "docs/service.md");
-  if (identifier == nullptr) {
-    // The program with libtorch serves networks, too.
-    command.begins_with([&context, options] {
-      if (!options->models.empty()) become_learner(context.arguments);
-    });
-  }
-  command.does([&context, options, identifier] { serve(*options, context, identifier); });
+  command.does([&context, options] { serve(*options, context); });
 }
 
 }  // namespace carillon::cli

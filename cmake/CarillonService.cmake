@@ -9,6 +9,7 @@ if(NOT HTTPLIB_FOUND)
   message(STATUS "cpp-httplib was not found: there is no carillon serve")
   return()
 endif()
-carillon_folder(report/service PROGRAMS LINK report eval/damping eval/perception PRIVATE_LINK PkgConfig::HTTPLIB
+carillon_folder(report/service FOLDERS jobs PROGRAMS LINK report dataset/exporters dataset/regenerate eval/damping eval/perception PRIVATE_LINK PkgConfig::HTTPLIB
                 ALONE http_server.cpp detail/timed_stream.cpp)
+carillon_embed(report/service share/carillon/openapi.json carillon::report::service openapi_json)
 set(CARILLON_SERVICE ON PARENT_SCOPE)

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/error.hpp"
-#include "solvers/mesher/child_process.hpp"
+#include "core/child_process.hpp"
 
 namespace carillon::render {
 namespace {
@@ -87,7 +87,7 @@ MovieResult make_movie(const fs::path& movie, const fs::path& frames, double fra
   words.insert(words.end(), {"-threads", "1", "-flags:v", "+bitexact", "-flags:a", "+bitexact",
                              "-fflags", "+bitexact", "-map_metadata", "-1", "-movflags",
                              "+faststart", "-f", "mp4", name_of(unfinished)});
-  const solvers::mesher::ChildExit end = solvers::mesher::run_child(ffmpeg, words, longest_seconds);
+  const core::ChildExit end = core::run_child(ffmpeg, words, longest_seconds);
   std::error_code ignored;
   if (end.code != 0 || end.signal != 0 || end.timed_out) {
     fs::remove(unfinished, ignored);

@@ -54,7 +54,7 @@ void look_in(const fs::path& folder, int depth, std::set<fs::path>& seen, Report
 
 }  // namespace
 
-ReportFolders find_report_folders(const std::vector<std::string>& folders) {
+ReportFolders find_report_folders(const std::vector<std::string>& folders, bool may_be_empty) {
   ReportFolders found;
   std::set<fs::path> seen;
   for (const std::string& folder : folders) {
@@ -74,7 +74,7 @@ ReportFolders find_report_folders(const std::vector<std::string>& folders) {
           "name folders that you may read");
     }
   }
-  if (found.datasets.empty() && found.studies.empty() && found.nightly_runs.empty() &&
+  if (!may_be_empty && found.datasets.empty() && found.studies.empty() && found.nightly_runs.empty() &&
       found.evaluations.empty()) {
     throw core::InputError(
         fmt::format("{}: nothing to report, neither datasets nor accuracy.json nor evaluations",

@@ -21,8 +21,10 @@ struct ReportFolders {
 };
 
 /// Looks in the folders and those below, to a depth of four; a dataset's own folders are left out.
+/// @param may_be_empty  there may be nothing in any of them
 /// @throws InputError  a folder that is not there or cannot be read, or nothing in any of them
-ReportFolders find_report_folders(const std::vector<std::string>& folders);
+ReportFolders find_report_folders(const std::vector<std::string>& folders,
+                                  bool may_be_empty = false);
 
 /// What was built and how long it took: objects, stages, effects, ranks, failures, configuration.
 /// Made of the folder's own files; nothing is computed again.
@@ -82,6 +84,7 @@ struct PageRequest {
   std::size_t sounds = 12;           ///< samples to hear, of all datasets together
   std::size_t objects = 40;          ///< objects to strike, likewise
   nlohmann::ordered_json made;       ///< mpi::made_by()
+  bool may_be_empty = false;         ///< as find_report_folders()
 };
 
 struct Page {

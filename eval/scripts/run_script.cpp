@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/near_program.hpp"
-#include "solvers/mesher/child_process.hpp"
+#include "core/child_process.hpp"
 
 namespace carillon::eval::scripts {
 
@@ -55,7 +55,7 @@ std::string run_script(const std::string& name, const std::vector<std::string>& 
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::string reason = "there is no python3";
   for (const fs::path& python : pythons()) {
-    const auto exit = solvers::mesher::run_child(python, words, /*seconds=*/300);
+    const auto exit = core::run_child(python, words, /*seconds=*/300);
     if (exit.code == 0 && exit.signal == 0) return "";
     // Where the module is there and something else is wrong, the next Python would hide it.
     if (exit.code != no_module) {

@@ -2,31 +2,13 @@
 
 #include <cstddef>
 #include <functional>
-#include <map>
 #include <memory>
 #include <optional>
 #include <string>
 
+#include "report/service/http_message.hpp"
+
 namespace carillon::report::service {
-
-struct HttpRequest {
-  std::string path;                           ///< as it came, without its query
-  std::map<std::string, std::string> query;   ///< of names that stand twice the first
-  std::map<std::string, std::string> header;  ///< by names in lower case, likewise
-  std::string body;
-  std::map<std::string, std::string> files;  ///< of a form, by the names of its fields
-};
-
-/// Events for a page that listens (WHATWG HTML, server-sent events): the next one's text, or
-/// nothing where there is none yet; asked for once a second.
-using NextEvent = std::function<std::optional<std::string>()>;
-
-struct HttpReply {
-  int status = 200;
-  std::string type = "application/json";
-  std::string body;
-  NextEvent events{};  ///< in place of the body, until the client goes away
-};
 
 struct HttpLimits {
   std::size_t body = 64 << 20;   ///< of a request [bytes]
@@ -40,8 +22,7 @@ struct HttpLimits {
 /// missing.
 class HttpServer {
  public:
-  /// Makes the reply to a request. What it throws is told as JSON: of an InputError or ConfigError
-  /// the message and hint with status 400, of a FileError with 404, of others 500.
+  /// Makes the reply to a request; what it throws is told as guarded() tells it.
   using Answer = std::function<HttpReply(const HttpRequest& request)>;
 
   explicit HttpServer(const HttpLimits& limits);
@@ -69,8 +50,5 @@ class HttpServer {
   struct State;
   std::unique_ptr<State> state_;
 };
-
-/// {"error": {"message", "hint"}}
-HttpReply error_reply(int status, const std::string& message, const std::string& hint = "");
 
 }  // namespace carillon::report::service

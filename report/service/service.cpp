@@ -1,24 +1,26 @@
 #include "report/service/service.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <openssl/crypto.h>
 
-#include <map>
+#include <limits>
 #include <mutex>
+#include <optional>
 #include <utility>
 
 #include "core/error.hpp"
-#include "core/files.hpp"
-#include "core/json.hpp"
-#include "core/temporary_folder.hpp"
+#include "core/text.hpp"
 #include "core/trace.hpp"
+#include "dataset/exporters/seal.hpp"
 #include "dataset/run/status.hpp"
 #include "report/report.hpp"
-#include "report/service/detail/gate.hpp"
-#include "report/service/detail/sound_answers.hpp"
+#include "report/service/jobs/job_queue.hpp"
+#include "report/service/jobs/job_requests.hpp"
 
 namespace carillon::report::service {
+
+/// The text of share/carillon/openapi.json; see carillon_embed() in cmake/CarillonService.cmake.
+extern const std::string_view openapi_json;
 
 namespace {
 
@@ -40,10 +42,6 @@ bool asks_this_machine(const HttpRequest& request) {
   const std::string& host = at->second;
   if (host.starts_with("[")) return is_loopback(host.substr(1, host.find(']') - 1));
   return is_loopback(host.substr(0, host.find(':')));
-}
-
-HttpReply json_reply(const ordered_json& document) {
-  return {200, "application/json", document.dump(1) + "\n", {}};
 }
 
 /// The same time for every wrong one.
@@ -72,21 +70,17 @@ std::string state_of(const ReportFolders& found) {
 
 struct Service::State {
   explicit State(ServiceOptions given)
-      : options(std::move(given)), server(options.http), gate(1, options.waiting) {}
-
-  static HttpReply busy() {
-    return error_reply(503, "too many requests wait already", "try again later");
+      : options(std::move(given)), server(options.http), workers(options.workers) {
+    if (!options.jobs.empty()) {
+      jobs.emplace(JobQueueOptions{options.jobs, options.workers.program, options.launcher,
+                                   options.max_jobs});
+      // What builds make is on the page.
+      options.folders.push_back(options.jobs);
+    }
   }
 
-  /// What a computation replies, once it may run.
-  template <class Make>
-  HttpReply compute(const Make& make) {
-    const Gate::Pass pass = gate.enter();
-    if (!pass) return busy();
-    const double start = core::monotonic_seconds();
-    ordered_json document = make();
-    document["timing"]["service_s"] = core::monotonic_seconds() - start;
-    return json_reply(document);
+  ReportFolders found() const {
+    return find_report_folders(options.folders, /*may_be_empty=*/jobs.has_value());
   }
 
   std::optional<HttpReply> check(const HttpRequest& request) const {
@@ -104,29 +98,26 @@ struct Service::State {
     return error_reply(401, "a token is asked for", "Authorization: Bearer TOKEN");
   }
 
+  /// The page as it was made last, or made anew; others who ask meanwhile wait for it.
   HttpReply page() {
-    const std::lock_guard lock(storage);
-    ReportFolders found = find_report_folders(options.folders);
-    std::string state = state_of(found);
+    const std::lock_guard lock(page_making);
+    std::string state = state_of(found());
     const double now = core::monotonic_seconds();
-    if (page_html.empty() || (state != page_state && now - page_made > page_seconds)) {
-      // Modes are computed with, too.
-      const Gate::Pass pass = gate.enter();
-      if (!pass) return busy();
-      PageRequest request;
-      request.folders = options.folders;
-      request.made = options.made;
-      page_html = make_page(request).html;
+    if (page_reply.body.empty() || (state != page_state && now - page_made > page_seconds)) {
+      HttpRequest request{.path = "/"};
+      request.query["made_by"] = options.made.value("command", "");
+      HttpReply reply = workers.ask(request);
+      if (reply.status != 200) return reply;
+      page_reply = std::move(reply);
       page_state = std::move(state);
       page_made = now;
     }
-    return {200, "text/html; charset=utf-8", page_html, {}};
+    return page_reply;
   }
 
-  HttpReply datasets() {
-    const std::lock_guard lock(storage);
+  HttpReply datasets() const {
     ordered_json list = ordered_json::array();
-    for (const fs::path& folder : find_report_folders(options.folders).datasets) {
+    for (const fs::path& folder : found().datasets) {
       ordered_json entry = {{"folder", folder.string()}};
       try {
         const ordered_json status = dataset::run::read_status(folder);
@@ -144,23 +135,24 @@ struct Service::State {
   HttpReply health() const {
     return json_reply({{"ready", true},
                        {"carillon", options.made.value("carillon", "")},
-                       {"identify", static_cast<bool>(options.identify)}});
+                       {"identify", workers.identifies()},
+                       {"jobs", jobs.has_value()}});
   }
 
   /// Every build's status; of one that cannot be read why, as folders may go while they are served.
   ordered_json builds() const {
-    ordered_json found = ordered_json::array();
-    for (const fs::path& folder : find_report_folders(options.folders).datasets) {
+    ordered_json list = ordered_json::array();
+    for (const fs::path& folder : found().datasets) {
       try {
         ordered_json status = dataset::run::read_status(folder);
         status["folder"] = folder.string();
         status["line"] = dataset::run::status_line(status);
-        found.push_back(std::move(status));
+        list.push_back(std::move(status));
       } catch (const core::Error&) {
         // A dataset of another's make has none.
       }
     }
-    return found;
+    return list;
   }
 
   /// What all pages that listen are told; looked for once a second.
@@ -177,10 +169,43 @@ struct Service::State {
     return latest;
   }
 
+  /// The places that jobs may name, as they are now.
+  JobPlaces places() const {
+    return {found().datasets, {options.seals.begin(), options.seals.end()}, options.ranks};
+  }
+
+  HttpReply submit(const HttpRequest& request, JobRequest (*read)(const HttpRequest&,
+                                                                  const JobPlaces&)) {
+    if (!jobs) return no_jobs();
+    return json_reply(jobs->submit(read(request, places())), 202);
+  }
+
+  static HttpReply no_jobs() {
+    return error_reply(501, "no jobs are taken here", "carillon serve FOLDER --jobs JOBS");
+  }
+
+  /// What `use` makes of the job that the path ends with.
+  template <class Use>
+  HttpReply with_job(const HttpRequest& request, const Use& use) {
+    if (!jobs) return no_jobs();
+    const std::string name = request.path.substr(request.path.rfind('/') + 1);
+    const std::optional<std::int64_t> id = core::number_in<std::int64_t>(name);
+    std::optional<ordered_json> document;
+    if (id && *id > 0 && *id <= std::numeric_limits<int>::max()) {
+      document = use(static_cast<int>(*id));
+    }
+    if (!document) return error_reply(404, fmt::format("there is no job {}", name));
+    return json_reply(*document);
+  }
+
   void route() {
+    const auto compute = [this](const HttpRequest& request) { return workers.ask(request); };
     server.guard([this](const HttpRequest& request) { return check(request); });
     server.get("/", [this](const HttpRequest&) { return page(); });
     server.get("/v1/health", [this](const HttpRequest&) { return health(); });
+    server.get("/v1/openapi.json", [](const HttpRequest&) {
+      return HttpReply{200, "application/json", std::string(openapi_json), {}};
+    });
     server.get("/v1/datasets", [this](const HttpRequest&) { return datasets(); });
     server.get("/v1/events", [this](const HttpRequest&) {
       const auto next = [this, told = std::string()]() mutable -> std::optional<std::string> {
@@ -190,47 +215,54 @@ struct Service::State {
       };
       return HttpReply{200, "", "", next};
     });
-    const auto answers = [&](const char* path,
-                             ordered_json (*answer)(const HttpRequest&, const ClipLimits&)) {
-      server.post(path, [this, answer](const HttpRequest& request) {
-        return compute([&] { return answer(request, {options.longest_clip}); });
-      });
-    };
-    answers("/v1/features", features_of);
-    answers("/v1/fit", fit_of);
-    answers("/v1/compare", comparison_of);
-    server.post("/v1/identify", [this](const HttpRequest& request) {
-      if (!options.identify) {
-        return error_reply(501, "there are no trained networks here",
-                           "carillon serve FOLDER --models MODELS");
-      }
-      return compute([&] { return identified(request, {options.longest_clip}, options.identify); });
+    for (const char* path :
+         {"/v1/features", "/v1/fit", "/v1/compare", "/v1/identify", "/v1/strike"}) {
+      server.post(path, compute);
+    }
+    server.get("/v1/strike", compute);  // what a page may play
+    server.post("/v1/score", [this](const HttpRequest& request) {
+      return submit(request, score_job);
+    });
+    server.post("/v1/jobs", [this](const HttpRequest& request) {
+      return submit(request, command_job);
+    });
+    server.get("/v1/jobs", [this](const HttpRequest&) {
+      return jobs ? json_reply({{"jobs", jobs->all()}}) : no_jobs();
+    });
+    server.get(R"(/v1/jobs/\d{1,10})", [this](const HttpRequest& request) {
+      return with_job(request, [this](int id) { return jobs->find(id); });
+    });
+    server.remove(R"(/v1/jobs/\d{1,10})", [this](const HttpRequest& request) {
+      return with_job(request, [this](int id) { return jobs->cancel(id); });
     });
   }
 
   ServiceOptions options;
   HttpServer server;
-  Gate gate;
-  /// HDF5 is asked by one thread at a time.
-  std::mutex storage;
+  WorkerPool workers;
+  std::optional<JobQueue> jobs;
   std::mutex newsroom;
   std::string latest;
   double latest_made = 0;
-  std::string page_html, page_state;
+  std::mutex page_making;
+  HttpReply page_reply;
+  std::string page_state;
   double page_made = 0;
   int port = 0;
 };
 
-Service::Service(ServiceOptions options) : state_(std::make_unique<State>(std::move(options))) {
-  const ServiceOptions& own = state_->options;
-  if (own.token.empty() && !is_loopback(own.host)) {
+Service::Service(ServiceOptions options) {
+  if (options.token.empty() && !is_loopback(options.host)) {
     throw core::InputError(
-        fmt::format("{} can be reached from other machines, and no token is asked for", own.host),
+        fmt::format("{} can be reached from other machines, and no token is asked for",
+                    options.host),
         "--token FILE names a file with one, or leave --host at 127.0.0.1");
   }
-  find_report_folders(own.folders);
+  find_report_folders(options.folders, /*may_be_empty=*/!options.jobs.empty());
+  for (const std::string& seal : options.seals) dataset::exporters::read_seal(seal);
+  state_ = std::make_unique<State>(std::move(options));
   state_->route();
-  state_->port = state_->server.bind(own.host, own.port);
+  state_->port = state_->server.bind(state_->options.host, state_->options.port);
 }
 
 Service::~Service() = default;

@@ -1,39 +1,40 @@
 #pragma once
 
 #include <filesystem>
-#include <functional>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "report/service/http_server.hpp"
+#include "report/service/jobs/launch.hpp"
+#include "report/service/worker_pool.hpp"
 
 namespace carillon::report::service {
-
-/// What trained networks say of a clip, as `carillon identify --json` tells it of one. Asked by one
-/// thread at a time.
-using Identify = std::function<nlohmann::ordered_json(const std::filesystem::path& clip)>;
 
 struct ServiceOptions {
   std::vector<std::string> folders;  ///< as `carillon report` takes them; nothing else is served
   std::string host = "127.0.0.1";
-  int port = 8750;           ///< 0: any that is free
-  std::string token;         ///< that requests must have; "": none
-  std::size_t waiting = 64;  ///< computations that wait for others; more are refused with 503
-  double longest_clip = 60;  ///< [s]
+  int port = 8750;    ///< 0: any that is free
+  std::string token;  ///< that requests must have; "": none
   HttpLimits http;
-  nlohmann::ordered_json made;  ///< mpi::made_by()
-  Identify identify;            ///< empty: there are no networks
+  nlohmann::ordered_json made;  ///< `command` as it was typed, `carillon` as version
+  WorkerOptions workers;        ///< that compute
+  // Jobs.
+  std::string jobs;                ///< their folder; "": none are taken
+  std::vector<std::string> seals;  ///< of datasets whose test labels are hidden
+  int ranks = 1;                   ///< of a job, at the most
+  Launcher launcher = Launcher::mpirun;
+  std::size_t max_jobs = 100;  ///< that are not over
 };
 
-/// The report's page and the commands that answer for sounds, by HTTP (docs/service.md). Folders'
-/// contents are looked for anew as they change; nothing of them is written. One computation runs at
-/// a time: OpenBLAS for single threads, which a rank wants, is not made for several that call it at
-/// once, and gives wrong numbers then.
+/// The report's page and the commands that answer for sounds, by HTTP (docs/service.md,
+/// share/carillon/openapi.json). Folders' contents are looked for anew as they change; only jobs
+/// write, in their own folder and, of scores, in their dataset's `evaluation/`.
 class Service {
  public:
-  /// @throws InputError  a folder that is not there; an address beyond this machine without a token
+  /// @throws InputError  a folder that is not there; an address beyond this machine without a
+  ///                     token; workers that cannot start
   explicit Service(ServiceOptions options);
   ~Service();
 

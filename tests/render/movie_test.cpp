@@ -9,7 +9,7 @@
 #include "core/hash.hpp"
 #include "core/image.hpp"
 #include "core/temporary_folder.hpp"
-#include "solvers/mesher/child_process.hpp"
+#include "core/child_process.hpp"
 
 namespace carillon::render {
 namespace {
@@ -47,7 +47,7 @@ TEST(Movie, HasEveryFrameAndTheSoundAndTheSameBytesAgain) {
   const std::string first = core::sha256_file(movie);
   ASSERT_TRUE(make_movie(movie, folder, 25, folder / "a.wav").made);
   EXPECT_EQ(core::sha256_file(movie), first);
-  const auto probe = solvers::mesher::run_child(
+  const auto probe = core::run_child(
       "/usr/bin/ffprobe",
       {"-v", "error", "-count_frames", "-show_entries", "stream=codec_name,nb_read_frames,width",
        "-of", "csv=p=0", movie.string()},

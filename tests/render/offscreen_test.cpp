@@ -6,7 +6,7 @@
 
 #include "core/files.hpp"
 #include "core/temporary_folder.hpp"
-#include "solvers/mesher/child_process.hpp"
+#include "core/child_process.hpp"
 
 namespace carillon::render {
 namespace {
@@ -22,7 +22,7 @@ TEST(Offscreen, NothingIsOfOsmesa) {
 TEST(Offscreen, EglDrawsWhatOsmesaDraws) {
   const core::TemporaryFolder folder;
   const auto path = folder / "pixels";
-  const auto end = solvers::mesher::run_child(CARILLON_OTHER_PICTURES, {path.string()}, 120);
+  const auto end = core::run_child(CARILLON_OTHER_PICTURES, {path.string()}, 120);
   ASSERT_EQ(end.code, 0) << end.output;
   const std::string others = core::read_file(path);
   std::size_t at = 0;

@@ -18,7 +18,7 @@
 #include "core/trace.hpp"
 #include "solvers/mesh/raise_order.hpp"
 #include "solvers/mesh/readers/read_mesh.hpp"
-#include "solvers/mesher/child_process.hpp"
+#include "core/child_process.hpp"
 #include "solvers/mesher/mesh_child.hpp"
 #include "tests/solvers/test_surfaces.hpp"
 #include "tests/solvers/written_files.hpp"
@@ -300,14 +300,14 @@ TEST_F(MeshChild, DoesNotOutliveAnotherParent) {
       folder_, "request.cbor", {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
   const auto program =
       std::filesystem::read_symlink("/proc/self/exe").parent_path().parent_path() / "carillon-mesh";
-  const mesher::ChildExit exit = mesher::run_child(program, {question, question + ".reply"}, 60);
+  const core::ChildExit exit = core::run_child(program, {question, question + ".reply"}, 60);
   EXPECT_EQ(exit.code, 1);
   EXPECT_FALSE(std::filesystem::exists(question + ".reply"));
 }
 
 // Slurm's `scancel --signal` reaches every process of a job step, the mesher's among them.
 TEST(ChildProcess, LivesOnWhenABatchSystemAsksTheWholeJobToStop) {
-  const mesher::ChildExit exit = mesher::run_child(
+  const core::ChildExit exit = core::run_child(
       "/bin/sh", {"-c", "kill -TERM $$; kill -USR1 $$; kill -INT $$; echo lives on"}, 10);
   EXPECT_EQ(exit.signal, 0);
   EXPECT_EQ(exit.output, "lives on\n");

@@ -1,7 +1,6 @@
 #include "report/service/detail/sound_answers.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <fstream>
@@ -16,6 +15,7 @@
 #include "eval/features/feature_json.hpp"
 #include "eval/features/read_clip.hpp"
 #include "eval/perception/compare_report.hpp"
+#include "report/service/options.hpp"
 
 namespace carillon::report::service {
 
@@ -74,40 +74,6 @@ class Clip {
   core::TemporaryFolder folder_;
   fs::path path_;
   std::string name_;
-};
-
-/// The query's options; what is left when all are taken is refused.
-class Options {
- public:
-  explicit Options(const HttpRequest& request) : left_(request.query) { left_.erase("token"); }
-
-  std::string text(const std::string& name, const std::string& fallback) {
-    known_.push_back(name);
-    const auto at = left_.find(name);
-    if (at == left_.end()) return fallback;
-    std::string value = at->second;
-    left_.erase(at);
-    return value;
-  }
-  double number(const std::string& name, double fallback, double low, double high) {
-    const std::string value = text(name, "");
-    if (value.empty()) return fallback;
-    const std::optional<double> number = core::number_in<double>(value);
-    if (!number || !(*number >= low && *number <= high)) {
-      throw core::InputError(fmt::format("{} is \"{}\", and a number from {:g} to {:g} is wanted",
-                                         name, value, low, high));
-    }
-    return *number;
-  }
-  void finish() const {
-    if (left_.empty()) return;
-    throw core::InputError(fmt::format("there is no option \"{}\" here", left_.begin()->first),
-                           fmt::format("there are {}", fmt::join(known_, ", ")));
-  }
-
- private:
-  std::map<std::string, std::string> left_;
-  std::vector<std::string> known_;
 };
 
 eval::features::FeatureOptions feature_options_of(Options& options) {
@@ -184,8 +150,7 @@ ordered_json comparison_of(const HttpRequest& request, const ClipLimits& limits)
 
 ordered_json identified(const HttpRequest& request, const ClipLimits& limits,
                         const Identify& identify) {
-  const Options options(request);
-  options.finish();
+  Options(request).finish();
   const Clip clip(request, "", limits);
   return clip.told([&] { return identify(clip.path()); });
 }

@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "report/service/service.hpp"
+#include "report/service/answers.hpp"
 
 namespace carillon::report::service {
 

@@ -16,7 +16,7 @@
 #include "core/progress.hpp"
 #include "core/storage_error.hpp"
 #include "core/temporary_folder.hpp"
-#include "solvers/mesher/child_process.hpp"
+#include "core/child_process.hpp"
 
 namespace carillon::solvers::mesher {
 namespace {
@@ -69,7 +69,7 @@ std::string quoted_tail(const std::string& output) {
 }
 
 /// Throws what a child without a reply died of.
-[[noreturn]] void throw_death(const ChildExit& exit, const std::string& what,
+[[noreturn]] void throw_death(const core::ChildExit& exit, const std::string& what,
                               const ChildLimits& limits) {
   const std::string tail = quoted_tail(exit.output);
   if (exit.timed_out) {
@@ -109,8 +109,8 @@ json ask_child(json question, const std::string& what, const ChildLimits& limits
     throw core::StorageError(fmt::format("{}: cannot be written", file.string()), folder_hint);
   }
 
-  const ChildExit exit =
-      run_child(worker_program(), {file.string(), reply.string()}, limits.seconds);
+  const core::ChildExit exit =
+      core::run_child(worker_program(), {file.string(), reply.string()}, limits.seconds);
   if (exit.timed_out || exit.signal != 0 || exit.code != 0 || !fs::exists(reply)) {
     throw_death(exit, what, limits);
   }

@@ -1,4 +1,4 @@
-#include "solvers/mesher/child_process.hpp"
+#include "core/child_process.hpp"
 
 #include <fcntl.h>
 #include <fmt/core.h>
@@ -20,7 +20,7 @@
 
 extern char** environ;
 
-namespace carillon::solvers::mesher {
+namespace carillon::core {
 namespace {
 
 constexpr std::size_t kept_output = 4096;
@@ -35,7 +35,7 @@ struct Pipe {
   std::array<int, 2> ends{-1, -1};
   Pipe() {
     if (pipe2(ends.data(), O_CLOEXEC) != 0) {
-      throw core::StorageError(fmt::format("no pipe to a child process: {}", std::strerror(errno)),
+      throw StorageError(fmt::format("no pipe to a child process: {}", std::strerror(errno)),
                                "more files are open than the system lets be: see ulimit -n");
     }
   }
@@ -67,12 +67,28 @@ struct SpawnAttributes {
   ~SpawnAttributes() { posix_spawnattr_destroy(&raw); }
 };
 
-pid_t spawn(const std::filesystem::path& program, const std::vector<std::string>& arguments,
-            int output) {
+/// Takes what there is to read; false at the end of the stream.
+bool take_output(int fd, std::string& output) {
+  std::array<char, 4096> block;
+  const ssize_t got = read(fd, block.data(), block.size());
+  if (got < 0) return errno == EINTR || errno == EAGAIN;
+  output.append(block.data(), static_cast<std::size_t>(got));
+  if (output.size() > kept_output) output.erase(0, output.size() - kept_output);
+  return got > 0;
+}
+
+}  // namespace
+
+pid_t start_child(const std::filesystem::path& program, const std::vector<std::string>& arguments,
+                  const ChildStreams& streams, bool heeds_signals) {
   SpawnActions actions;
-  posix_spawn_file_actions_addopen(&actions.raw, 0, "/dev/null", O_RDONLY, 0);
-  posix_spawn_file_actions_adddup2(&actions.raw, output, 1);
-  posix_spawn_file_actions_adddup2(&actions.raw, output, 2);
+  if (streams.input < 0) {
+    posix_spawn_file_actions_addopen(&actions.raw, 0, "/dev/null", O_RDONLY, 0);
+  } else {
+    posix_spawn_file_actions_adddup2(&actions.raw, streams.input, 0);
+  }
+  posix_spawn_file_actions_adddup2(&actions.raw, streams.output, 1);
+  posix_spawn_file_actions_adddup2(&actions.raw, streams.error, 2);
   posix_spawn_file_actions_addclosefrom_np(&actions.raw, 3);
 
   SpawnAttributes attributes;
@@ -81,7 +97,9 @@ pid_t spawn(const std::filesystem::path& program, const std::vector<std::string>
   sigset_t ignored;
   sigset_t all;
   sigemptyset(&ignored);
-  for (const int request : {SIGINT, SIGTERM, SIGUSR1}) sigaddset(&ignored, request);
+  for (const int request : {SIGINT, SIGTERM, SIGUSR1}) {
+    if (!heeds_signals) sigaddset(&ignored, request);
+  }
   sigfillset(&all);
   posix_spawnattr_setsigmask(&attributes.raw, &ignored);
   posix_spawnattr_setsigdefault(&attributes.raw, &all);
@@ -98,31 +116,19 @@ pid_t spawn(const std::filesystem::path& program, const std::vector<std::string>
   const int error =
       posix_spawn(&pid, program.c_str(), &actions.raw, &attributes.raw, raw_words.data(), environ);
   if (error != 0) {
-    throw core::StorageError(
+    throw StorageError(
         fmt::format("{}: cannot be started: {}", program.string(), std::strerror(error)),
         "see to it that the machine can, then run the same command again");
   }
   return pid;
 }
 
-/// Takes what there is to read; false at the end of the stream.
-bool take_output(int fd, std::string& output) {
-  std::array<char, 4096> block;
-  const ssize_t got = read(fd, block.data(), block.size());
-  if (got < 0) return errno == EINTR || errno == EAGAIN;
-  output.append(block.data(), static_cast<std::size_t>(got));
-  if (output.size() > kept_output) output.erase(0, output.size() - kept_output);
-  return got > 0;
-}
-
-}  // namespace
-
 ChildExit run_child(const std::filesystem::path& program, const std::vector<std::string>& arguments,
                     double seconds) {
   Pipe pipe;
-  const double start = core::monotonic_seconds();
+  const double start = monotonic_seconds();
   const double deadline = seconds > 0 ? start + seconds : std::numeric_limits<double>::infinity();
-  const pid_t pid = spawn(program, arguments, pipe.ends[1]);
+  const pid_t pid = start_child(program, arguments, {-1, pipe.ends[1], pipe.ends[1]});
   pipe.close_end(1);
 
   ChildExit exit;
@@ -136,7 +142,7 @@ ChildExit run_child(const std::filesystem::path& program, const std::vector<std:
       status = 0;
       break;
     }
-    const double left = deadline - core::monotonic_seconds();
+    const double left = deadline - monotonic_seconds();
     if (left <= 0 && !exit.timed_out) {
       exit.timed_out = true;
       kill(pid, SIGKILL);
@@ -153,10 +159,10 @@ ChildExit run_child(const std::filesystem::path& program, const std::vector<std:
     pollfd rest{pipe.ends[0], POLLIN, 0};
     streaming = poll(&rest, 1, 0) > 0 && take_output(pipe.ends[0], exit.output);
   }
-  exit.seconds = core::monotonic_seconds() - start;
+  exit.seconds = monotonic_seconds() - start;
   if (WIFSIGNALED(status)) exit.signal = WTERMSIG(status);
   if (WIFEXITED(status)) exit.code = WEXITSTATUS(status);
   return exit;
 }
 
-}  // namespace carillon::solvers::mesher
+}  // namespace carillon::core

@@ -1,0 +1,259 @@
+#include "report/service/jobs/job_queue.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+
+#include "core/error.hpp"
+#include "core/files.hpp"
+#include "core/storage_error.hpp"
+#include "core/trace.hpp"
+#include "dataset/run/status.hpp"
+
+namespace carillon::report::service {
+
+namespace fs = std::filesystem;
+using nlohmann::ordered_json;
+
+namespace {
+
+/// How often processes are looked after.
+constexpr std::chrono::milliseconds look{200};
+constexpr std::chrono::seconds slurm_look{5};  // its controller serves others, too
+/// What was asked to stop is ended by force after so long [s]: a build ends its running tasks.
+constexpr double patience = 60;
+/// What ends without a word is started so often.
+constexpr int most_starts = 3;
+
+}  // namespace
+
+fs::path JobQueue::folder_of(int id) const {
+  return options_.folder / fmt::format("{:06}", id);
+}
+
+JobQueue::JobQueue(JobQueueOptions options) : options_(std::move(options)) {
+  std::error_code failed;
+  fs::create_directories(options_.folder, failed);
+  options_.folder = fs::weakly_canonical(options_.folder);
+  lock_ = ::open((options_.folder / ".lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+  if (lock_ < 0) {
+    throw core::FileError(fmt::format("{}: cannot be written to", options_.folder.string()),
+                          "--jobs names a folder for jobs");
+  }
+  if (flock(lock_, LOCK_EX | LOCK_NB) != 0) {
+    ::close(lock_);
+    throw core::FileError(
+        fmt::format("{}: another service runs its jobs", options_.folder.string()),
+        "stop that, or give this one a folder of its own with --jobs");
+  }
+  load();
+  for (int lane = 0; lane < lanes; ++lane) {
+    threads_.at(static_cast<std::size_t>(lane)) =
+        std::thread([this, lane] { run(static_cast<Lane>(lane)); });
+  }
+}
+
+JobQueue::~JobQueue() {
+  {
+    const std::lock_guard lock(mutex_);
+    stopping_ = true;
+  }
+  woken_.notify_all();
+  for (std::thread& thread : threads_) thread.join();
+  ::close(lock_);
+}
+
+void JobQueue::load() {
+  for (const auto& entry : fs::directory_iterator(options_.folder)) {
+    if (!fs::is_regular_file(entry.path() / "job.json")) continue;
+    try {
+      const Job job = read_job(entry.path());
+      jobs_[job.id] = job;
+    } catch (const core::Error& error) {
+      spdlog::warn("{}", error.message());
+    }
+  }
+}
+
+void JobQueue::save(const Job& job) {
+  try {
+    write_job(folder_of(job.id), job);
+  } catch (const core::Error& error) {
+    // A full disk: what is known goes on, and is written with the next change.
+    spdlog::warn("job {}: {}", job.id, error.message());
+  }
+}
+
+ordered_json JobQueue::submit(const JobRequest& request) {
+  const std::lock_guard lock(mutex_);
+  const auto open = std::count_if(jobs_.begin(), jobs_.end(),
+                                  [](const auto& job) { return !is_over(job.second.state); });
+  if (static_cast<std::size_t>(open) >= options_.longest) {
+    throw core::InputError(fmt::format("{} jobs wait already", open),
+                           "try again later: carillon serve --max-jobs");
+  }
+  Job job;
+  job.id = jobs_.empty() ? 1 : jobs_.rbegin()->first + 1;
+  job.command = request.command;
+  job.arguments = request.arguments;
+  job.ranks = request.ranks;
+  job.created = dataset::run::utc_date();
+  const fs::path folder = folder_of(job.id);
+  try {
+    fs::create_directories(folder);
+    for (const auto& [name, bytes] : request.files) {
+      core::write_text_durably(folder / name, bytes);
+    }
+    write_job(folder, job);
+  } catch (const std::exception&) {
+    std::error_code gone;
+    fs::remove_all(folder, gone);
+    throw;
+  }
+  jobs_[job.id] = job;
+  woken_.notify_all();
+  return describe_job(folder, job);
+}
+
+std::optional<ordered_json> JobQueue::find(int id) const {
+  Job job;
+  {
+    const std::lock_guard lock(mutex_);
+    const auto found = jobs_.find(id);
+    if (found == jobs_.end()) return std::nullopt;
+    job = found->second;
+  }
+  return describe_job(folder_of(id), job);
+}
+
+ordered_json JobQueue::all() const {
+  const std::lock_guard lock(mutex_);
+  ordered_json list = ordered_json::array();
+  for (auto job = jobs_.rbegin(); job != jobs_.rend(); ++job) {
+    list.push_back(to_json(job->second));
+    list.back().erase("process");
+  }
+  return list;
+}
+
+std::optional<ordered_json> JobQueue::cancel(int id) {
+  {
+    const std::lock_guard lock(mutex_);
+    const auto found = jobs_.find(id);
+    if (found == jobs_.end()) return std::nullopt;
+    Job& job = found->second;
+    if (is_over(job.state)) throw core::InputError(fmt::format("job {} is over", id));
+    cancelled_.insert(id);
+    if (job.process.is_null()) {
+      job.state = JobState::cancelled;
+      job.ended = dataset::run::utc_date();
+      save(job);
+    }
+  }
+  woken_.notify_all();
+  return find(id);
+}
+
+void JobQueue::run(Lane lane) {
+  std::unique_lock lock(mutex_);
+  for (;;) {
+    const std::map<int, JobProcess> processes = find_processes(lane, lock);
+    for (const auto& [id, process] : processes) heed(jobs_.at(id), process);
+    if (!is_busy(lane)) {
+      if (stopping_) return;
+      start_next(lane);
+    }
+    const bool slow = lane == ranks && options_.launcher == Launcher::slurm && !stopping_;
+    woken_.wait_for(lock, slow ? std::chrono::milliseconds(slurm_look) : look);
+  }
+}
+
+/// How those stand that were started. The lock is open meanwhile: Slurm may take its time.
+std::map<int, JobProcess> JobQueue::find_processes(Lane lane, std::unique_lock<std::mutex>& lock) {
+  std::map<int, nlohmann::json> known;
+  for (const auto& [id, job] : jobs_) {
+    if (lane_of(job) == lane && !job.process.is_null()) known[id] = job.process;
+  }
+  lock.unlock();
+  std::map<int, JobProcess> found;
+  for (const auto& [id, process] : known) found[id] = find_process(folder_of(id), process);
+  lock.lock();
+  return found;
+}
+
+/// Something of this lane runs on this machine: what Slurm has is Slurm's to order.
+bool JobQueue::is_busy(Lane lane) const {
+  return std::any_of(jobs_.begin(), jobs_.end(), [&](const auto& entry) {
+    const Job& job = entry.second;
+    return lane_of(job) == lane && !job.process.is_null() && !job.process.contains("slurm");
+  });
+}
+
+/// Settles a job whose process has ended, and stops what is to be stopped.
+void JobQueue::heed(Job& job, const JobProcess& process) {
+  if (!process.runs) {
+    settle(job, process);
+    return;
+  }
+  const JobState state = process.waits ? JobState::queued : JobState::running;
+  if (state != job.state) {
+    job.state = state;
+    save(job);
+  }
+  if (cancelled_.contains(job.id) || (stopping_ && !job.process.contains("slurm"))) {
+    const double now = core::monotonic_seconds();
+    const auto [asked, first] = asked_.try_emplace(job.id, now);
+    if (first) stop_process(job.process, false);
+    if (now - asked->second > patience) stop_process(job.process, true);
+  }
+}
+
+/// The one that has waited longest; all of them where Slurm orders them.
+void JobQueue::start_next(Lane lane) {
+  for (auto& [id, job] : jobs_) {
+    if (lane_of(job) != lane || job.state != JobState::queued || !job.process.is_null()) continue;
+    start(job);
+    if (!job.process.is_null() && !job.process.contains("slurm")) return;
+  }
+}
+
+void JobQueue::start(Job& job) {
+  try {
+    job.started = dataset::run::utc_date();
+    ++job.starts;
+    job.process = start_process(folder_of(job.id), job, options_.launcher, options_.program);
+    job.state = job.process.contains("slurm") ? JobState::queued : JobState::running;
+  } catch (const std::exception& error) {
+    job.state = JobState::failed;
+    job.exit_code = -1;
+    job.why = error.what();
+    job.ended = dataset::run::utc_date();
+  }
+  save(job);
+}
+
+void JobQueue::settle(Job& job, const JobProcess& process) {
+  const bool was_stopped = stopping_ && asked_.contains(job.id);
+  job.process = nullptr;
+  asked_.erase(job.id);
+  const bool done = process.exit_code == 0;
+  if (cancelled_.erase(job.id) > 0 && !done) {
+    job.state = JobState::cancelled;
+  } else if (!done && (was_stopped || (!process.exit_code && job.starts < most_starts))) {
+    job.state = JobState::queued;
+    if (was_stopped) --job.starts;  // no fault of its own
+  } else {
+    job.state = done ? JobState::done : JobState::failed;
+    job.exit_code = process.exit_code.value_or(-1);
+    if (!process.exit_code) job.why = "its process ended without a word, as one that is killed";
+  }
+  if (is_over(job.state)) job.ended = dataset::run::utc_date();
+  save(job);
+}
+
+}  // namespace carillon::report::service

@@ -1,0 +1,83 @@
+#include "report/service/strike_answer.hpp"
+
+#include <fmt/format.h>
+
+#include "core/audio.hpp"
+#include "core/error.hpp"
+#include "core/files.hpp"
+#include "core/quantity_list.hpp"
+#include "core/temporary_folder.hpp"
+#include "dataset/regenerate/strike_object.hpp"
+#include "report/report.hpp"
+#include "report/service/jobs/job_requests.hpp"
+#include "scene/chain.hpp"
+
+namespace carillon::report::service {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// x,y,z with the units that the command line's --at takes.
+std::optional<Vec3> position_in(const std::string& name, const std::string& text) {
+  if (text.empty()) return std::nullopt;
+  try {
+    const auto values = core::parse_quantities(text, core::Dimension::length);
+    if (values.size() == 3) return Vec3(values[0], values[1], values[2]);
+  } catch (const core::InputError& error) {
+    throw core::InputError(fmt::format("{}: {}", name, error.message()), error.hint());
+  }
+  throw core::InputError(fmt::format("{} \"{}\" has no three values", name, text),
+                         "x,y,z in metres, as in 0.05,0.02,0");
+}
+
+std::string wav_bytes(const StruckInScene& sound) {
+  const core::TemporaryFolder folder;
+  const fs::path path = folder / "sound.wav";
+  core::write_wav(path, scene::clip_of(sound.struck.sound), sound.scene.audio.dtype);
+  return core::read_file(path);
+}
+
+}  // namespace
+
+const dataset::stored::StoredDataset& StrikeAnswer::open(const fs::path& folder) {
+  const auto changed = fs::last_write_time(folder / "configuration.yaml");
+  if (!opened_ || opened_->folder != folder || opened_at_ != changed) {
+    opened_ = dataset::stored::open_dataset(folder, "");
+    opened_at_ = changed;
+  }
+  return *opened_;
+}
+
+HttpReply StrikeAnswer::operator()(const HttpRequest& request) {
+  Options options(request);
+  const std::string object = options.text("object", "");
+  const std::string dataset = options.text("dataset", "");
+  const std::string as = options.text("as", "wav");
+  scene::SingleStrike strike;
+  strike.known.position = position_in("at", options.text("at", ""));
+  if (const auto direction = position_in("direction", options.text("direction", ""))) {
+    if (!(direction->norm() > 0)) throw core::InputError("direction has no length");
+    strike.known.direction = direction->normalized();
+  }
+  strike.seed = static_cast<std::uint64_t>(options.number("seed", 1, 0, 9e15));
+  if (object.empty()) {
+    throw core::InputError("the query has no object",
+                           "?object=bowl-003/glass/1 of a dataset, or ?object=bell&material=bronze");
+  }
+  if (as != "wav" && as != "json") throw core::InputError("as is wav or json");
+  const StruckInScene sound = [&]() -> StruckInScene {
+    // Shapes that are generated have no dataset.
+    if (dataset.empty() && request.query.contains("material")) {
+      return shape_(object, options, strike);
+    }
+    options.finish();
+    const auto& opened = open(served_dataset(
+        dataset, find_report_folders(folders_, /*may_be_empty=*/true).datasets));
+    return {dataset::regenerate::strike_object(opened, object, strike), opened.build.config.scene};
+  }();
+  if (as == "json") return json_reply(nlohmann::ordered_json(to_json(sound.struck, sound.scene)));
+  return {200, "audio/wav", wav_bytes(sound), {}};
+}
+
+}  // namespace carillon::report::service
