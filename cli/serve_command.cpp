@@ -83,6 +83,7 @@ void serve(const ServeOptions& options, const Context& context) {
   own.launcher = options.launch == "slurm" ? report::service::Launcher::slurm
                                            : report::service::Launcher::mpirun;
   if (!own.jobs.empty()) std::filesystem::create_directories(own.jobs);
+  own.cache = context.cache;
   own.workers = workers_of(options, context);
   if (!options.token_file.empty()) own.token = read_token(options.token_file);
   const mpi::InterruptGuard guard;

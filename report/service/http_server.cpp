@@ -38,12 +38,30 @@ std::string lower(std::string text) {
   return text;
 }
 
-HttpRequest request_of(const httplib::Request& request) {
-  HttpRequest own;
+/// `a=1&b=x=2`, of which the library would take the last sign for the one between name and value.
+std::map<std::string, std::string> query_of(const std::string& target) {
+  std::map<std::string, std::string> query;
+  std::size_t begin = target.find('?');
+  while (begin != std::string::npos) {
+    const std::size_t end = target.find('&', ++begin);
+    const std::string pair = target.substr(begin, end - begin);
+    const std::size_t sign = std::min(pair.find('='), pair.size());
+    const auto plain = [](const std::string& text) {
+      return httplib::detail::decode_url(text, /*convert_plus_to_space=*/true);
+    };
+    if (!pair.empty()) {
+      query.emplace(plain(pair.substr(0, sign)),
+                    sign < pair.size() ? plain(pair.substr(sign + 1)) : "");
+    }
+    begin = end;
+  }
+  return query;
+}
+
+void fill_in(HttpRequest& own, const httplib::Request& request) {
   own.path = request.path;
-  for (const auto& [name, value] : request.params) own.query.emplace(name, value);
+  own.query = query_of(request.target);
   for (const auto& [name, value] : request.headers) own.header.emplace(lower(name), value);
-  return own;
 }
 
 /// As many threads as connections; those that are too many wait with their sockets open.
@@ -92,9 +110,7 @@ struct HttpServer::State {
 
   void answer(const httplib::Request& request, httplib::Response& response,
               const HttpServer::Answer& make, HttpRequest own) {
-    own.path = request.path;
-    for (const auto& [name, value] : request.params) own.query.emplace(name, value);
-    for (const auto& [name, value] : request.headers) own.header.emplace(lower(name), value);
+    fill_in(own, request);
     put(guarded(own.path, [&] { return make(own); }), response);
   }
 
@@ -149,7 +165,11 @@ HttpServer::HttpServer(const HttpLimits& limits) : state_(std::make_unique<State
       [this](const httplib::Request& request, httplib::Response& response) {
         std::optional<HttpReply> refusal;
         if (request.path.size() > longest_path) refusal = error_reply(414, "the path is too long");
-        if (!refusal && state_->check) refusal = state_->check(request_of(request));
+        if (!refusal && state_->check) {
+          HttpRequest own;
+          fill_in(own, request);
+          refusal = state_->check(own);
+        }
         if (!refusal) return httplib::Server::HandlerResponse::Unhandled;
         state_->put(std::move(*refusal), response);
         return httplib::Server::HandlerResponse::Handled;

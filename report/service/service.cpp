@@ -171,7 +171,8 @@ struct Service::State {
 
   /// The places that jobs may name, as they are now.
   JobPlaces places() const {
-    return {found().datasets, {options.seals.begin(), options.seals.end()}, options.ranks};
+    return {found().datasets, {options.seals.begin(), options.seals.end()}, options.ranks,
+            options.cache};
   }
 
   HttpReply submit(const HttpRequest& request, JobRequest (*read)(const HttpRequest&,

@@ -23,6 +23,7 @@ struct ServiceOptions {
   // Jobs.
   std::string jobs;                ///< their folder; "": none are taken
   std::vector<std::string> seals;  ///< of datasets whose test labels are hidden
+  std::string cache;               ///< of meshes and modes
   int ranks = 1;                   ///< of a job, at the most
   Launcher launcher = Launcher::mpirun;
   std::size_t max_jobs = 100;  ///< that are not over

@@ -3,78 +3,14 @@ import concurrent.futures
 import contextlib
 import http.client
 import json
-import pathlib
 import shutil
-import signal
 import socket
-import struct
-import subprocess
 import time
 import unittest
-import urllib.error
-import urllib.parse
-import urllib.request
 
 import numpy
-from program import CARILLON, TIMEOUT_FACTOR, FolderTest, run, run_json
-
-CONFIG = """
-name: small
-seed: 4
-materials: [steel]
-objects:
-  - {shape: bar, count: 2}
-modes: {max_modes: 5, order: 2, element_size: 20 mm, max_frequency: 8 kHz}
-strikes: {per_object: 2}
-audio: {seconds: 0.1 s, sample_rate: 22050 Hz, gain: 100}
-"""
-
-
-def wav_bytes(samples, rate=44100):
-    data = numpy.clip(samples * 32767, -32768, 32767).astype("<i2").tobytes()
-    return (b"RIFF" + struct.pack("<I", 36 + len(data)) + b"WAVEfmt " +
-            struct.pack("<IHHIIHH", 16, 1, 1, rate, 2 * rate, 2, 16) + b"data" + struct.pack("<I", len(data)) + data)
-
-
-def ringing(seconds=1.0, pitch=1.0):
-    t = numpy.arange(int(44100 * seconds)) / 44100
-    generator = numpy.random.default_rng(3)
-    sound = sum(a * numpy.exp(-d * t) * numpy.sin(2 * numpy.pi * pitch * f * t)
-                for a, d, f in ((0.3, 8, 523), (0.2, 14, 1210), (0.1, 30, 2740)))
-    return sound + 1e-4 * generator.standard_normal(len(t))
-
-
-class Server:
-    """A service that runs; `host:port` of it."""
-
-    def __init__(self, *arguments, cwd):
-        self.process = subprocess.Popen([CARILLON, "serve", *map(str, arguments), "--port", "0"], cwd=cwd,
-                                        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        self.url = self.process.stdout.readline().strip().rstrip("/")
-        if not self.url:
-            raise AssertionError(self.process.communicate()[1])
-        self.port = urllib.parse.urlsplit(self.url).port
-
-    def ask(self, path, data=None, headers=None, method=None):
-        request = urllib.request.Request(self.url + path, data, headers or {}, method=method)
-        try:
-            with urllib.request.urlopen(request, timeout=60 * TIMEOUT_FACTOR) as reply:
-                return reply.status, reply.read()
-        except urllib.error.HTTPError as error:
-            return error.code, error.read()
-
-    def ask_json(self, *arguments, **options):
-        status, body = self.ask(*arguments, **options)
-        return status, json.loads(body)
-
-    def memory(self):
-        status = pathlib.Path(f"/proc/{self.process.pid}/status").read_text()
-        return int(status.split("VmRSS:")[1].split()[0]) * 1024
-
-    def stop(self):
-        self.process.send_signal(signal.SIGTERM)
-        _, err = self.process.communicate(timeout=60 * TIMEOUT_FACTOR)
-        return self.process.returncode, err
+from program import TIMEOUT_FACTOR, FolderTest, run, run_json
+from server import CONFIG, Server, ringing, wav_bytes
 
 
 class Service(FolderTest):

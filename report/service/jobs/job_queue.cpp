@@ -8,10 +8,12 @@
 
 #include <algorithm>
 #include <chrono>
+#include <limits>
 
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "core/storage_error.hpp"
+#include "core/text.hpp"
 #include "core/trace.hpp"
 #include "dataset/run/status.hpp"
 
@@ -70,6 +72,11 @@ JobQueue::~JobQueue() {
 
 void JobQueue::load() {
   for (const auto& entry : fs::directory_iterator(options_.folder)) {
+    // A folder whose document was lost keeps its number.
+    const auto number = core::number_in<std::int64_t>(entry.path().filename().string());
+    if (number && *number < std::numeric_limits<int>::max()) {
+      last_ = std::max(last_, static_cast<int>(*number));
+    }
     if (!fs::is_regular_file(entry.path() / "job.json")) continue;
     try {
       const Job job = read_job(entry.path());
@@ -98,14 +105,19 @@ ordered_json JobQueue::submit(const JobRequest& request) {
                            "try again later: carillon serve --max-jobs");
   }
   Job job;
-  job.id = jobs_.empty() ? 1 : jobs_.rbegin()->first + 1;
+  job.id = ++last_;
   job.command = request.command;
   job.arguments = request.arguments;
   job.ranks = request.ranks;
   job.created = dataset::run::utc_date();
   const fs::path folder = folder_of(job.id);
+  std::error_code made;
+  if (!fs::create_directory(folder, made)) {
+    throw core::StorageError(fmt::format("job {}: no folder could be made: {}", job.id,
+                                         made ? made.message() : "there is one already"),
+                             "see that the disk has room");
+  }
   try {
-    fs::create_directories(folder);
     for (const auto& [name, bytes] : request.files) {
       core::write_text_durably(folder / name, bytes);
     }

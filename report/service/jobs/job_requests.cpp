@@ -79,7 +79,7 @@ JobRequest command_job(const HttpRequest& request, const JobPlaces& places) {
   }
   refuse_paths(core::parse_config_tree(configuration, configuration_name));
   job.files[configuration_name] = configuration;
-  job.arguments = {configuration_name, "--output", job_output};
+  job.arguments = {configuration_name, "--output", job_output, "--cache", places.cache};
   if (!dataset.empty()) {
     job.arguments.insert(job.arguments.end(),
                          {"--set", "data=" + served_dataset(dataset, places.datasets).string()});
@@ -107,7 +107,8 @@ JobRequest score_job(const HttpRequest& request, const JobPlaces& places) {
   const std::string answers = "answers." + format;
   job.files[answers] = body_of(request, "answers");
   // Values in one word with their options: what begins with a dash is no option of its own.
-  job.arguments = {dataset.string(), "--task=" + task, "--answers", answers, "--name=" + entry};
+  job.arguments = {dataset.string(), "--task=" + task, "--answers", answers, "--name=" + entry,
+                   "--cache", places.cache};
   if (!sealed.empty()) {
     const auto seal = std::find_if(places.seals.begin(), places.seals.end(),
                                    [&](const fs::path& path) { return path.filename() == sealed; });

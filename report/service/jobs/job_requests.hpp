@@ -12,7 +12,8 @@ namespace carillon::report::service {
 struct JobPlaces {
   std::vector<std::filesystem::path> datasets;  ///< that are served
   std::vector<std::filesystem::path> seals;     ///< of `carillon export --hide`
-  int ranks = 1;                                ///< of a job, at the most and where none are asked
+  int ranks = 1;      ///< of a job, at the most and where none are asked
+  std::string cache;  ///< of meshes and modes
 };
 
 /// A dataset by its folder or its folder's name; the only one where none is named.

@@ -69,11 +69,11 @@ core::ChildExit ask_slurm(const std::string& program, std::vector<std::string> w
 
 fs::path slurm_scripts() {
   const fs::path found = core::find_near_program(
-      {"../share/carillon/scripts/slurm", "../scripts/slurm", "../../scripts/slurm"});
+      {"../share/carillon/scripts/slurm/job.sbatch", "../scripts/slurm/job.sbatch"});
   if (found.empty()) {
     throw core::StorageError("scripts/slurm was not found", "it lies beside the program");
   }
-  return fs::weakly_canonical(found);
+  return found.parent_path();
 }
 
 json start_slurm(const fs::path& folder, const Job& job, const fs::path& program) {
