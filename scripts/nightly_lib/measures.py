@@ -46,6 +46,8 @@ def collect(run, output, remote):
                        ("evaluation/classification.json", _classification)):
         if (output / name).exists():
             failures += take(found, _read(output / name))
+    for path in sorted(output.rglob("evaluation/leaderboard-*.json")):
+        _leaderboard(found, _read(path))
     found.add("failures", "count", "", failures)
     if resident:
         found.add("peak memory", "memory", "bytes", resident, pool="memory")
@@ -162,6 +164,20 @@ def _classification(found, document):
         found.add(f"{row['dataset']} {row['task']} {row['method']} accuracy", "score", "",
                   row["accuracy"]["mean"], (interval[1] - interval[0]) / 2 if interval else 0.05)
     return 0
+
+
+def _leaderboard(found, board):
+    """What others' answers were worth, by the measure that ranks; the run's own classifiers are in
+    classification.json."""
+    for row in board["rows"]:
+        measure = row["measures"][0]
+        if row["trained_here"] or measure["mean"] is None:
+            continue
+        interval = measure["interval95"]
+        half = (interval[1] - interval[0]) / 2 if interval else 0.05 * abs(measure["mean"])
+        found.add(f"{board['dataset']} {board['task']} {row['entry']} {measure['name']}",
+                  "score" if board["more_is_better"] else "accuracy", measure["unit"].replace("%", ""),
+                  measure["mean"], half)
 
 
 def combine(takes, scale):

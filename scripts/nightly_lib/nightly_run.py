@@ -5,7 +5,7 @@ import shutil
 import statistics
 from dataclasses import dataclass, field
 
-from nightly_lib import benchmarks, calibration, history, measures, verdicts
+from nightly_lib import benchmarks, boards, calibration, history, measures, verdicts
 
 Settings = collections.namedtuple(
     "Settings", "program ranks repeats timeout folder remote machine program_hash")
@@ -47,6 +47,7 @@ def look(outcome, settings, nominal):
         if not run.ok:
             outcome.ok, outcome.message = False, run.message
             return
+        boards.write(settings.program, outcome, log)
         try:
             takes.append(measures.collect(run, outcome.output, settings.remote))
         except (OSError, KeyError, TypeError, ValueError) as error:

@@ -4,12 +4,13 @@ import csv
 import json
 import random
 import stat
+import sys
 import unittest
 
 import h5py
 import numpy
 from browser import expect_report
-from program import FolderTest, run, run_json
+from program import CONFIGS, FolderTest, run, run_json
 
 CONFIG = """
 name: small
@@ -292,6 +293,21 @@ class Score(FolderTest):
         data = path.read_bytes()
         at = data.index(b"data")
         return numpy.frombuffer(data[at + 8:], "<f4")
+
+    def test_nightly_runs_measure_entries(self):
+        sys.path.insert(0, str(CONFIGS.parent / "scripts"))
+        self.addCleanup(sys.path.pop, 0)
+        from nightly_lib import measures
+        written(self.folder / "nightly.csv", ["sample", "class"], [(key, "steel") for key, _, _ in self.test])
+        board = self.score("--task", "material", "--answers", "nightly.csv", "-o", "nightly")["leaderboard"]
+        found = measures.Collected()
+        measures._leaderboard(found, board)
+        measure = found.measures["small material nightly accuracy"]
+        self.assertAlmostEqual(measure.value, sum(material == "steel" for _, material, _ in self.test) / len(self.test))
+        self.assertEqual(measure.kind, "score")
+        # What an evaluation has trained is in its own document.
+        measures._leaderboard(found, {**board, "rows": [{**row, "trained_here": True, "entry": "x"} for row in board["rows"]]})
+        self.assertEqual(len(found.measures), 1)
 
 
 if __name__ == "__main__":
