@@ -1,5 +1,6 @@
 """A service that tests ask, a dataset that it serves in a second, and sounds."""
 import json
+import os
 import pathlib
 import signal
 import struct
@@ -41,9 +42,11 @@ def ringing(seconds=1.0, pitch=1.0):
 class Server:
     """A service that runs; `host:port` of it."""
 
-    def __init__(self, *arguments, cwd):
+    def __init__(self, *arguments, cwd, environment=None, before=None):
+        """environment: beside this process's; before: called in the child before the program is."""
         self.process = subprocess.Popen([CARILLON, "serve", *map(str, arguments), "--port", "0"], cwd=cwd,
-                                        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+                                        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                                        env={**os.environ, **(environment or {})}, preexec_fn=before)
         self.url = self.process.stdout.readline().strip().rstrip("/")
         if not self.url:
             raise AssertionError(self.process.communicate()[1])

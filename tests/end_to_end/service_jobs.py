@@ -3,6 +3,7 @@ service, handed to Slurm; configurations and answers that name nothing of the ma
 import json
 import os
 import pathlib
+import resource
 import signal
 import stat
 import time
@@ -63,9 +64,9 @@ class ServiceJobs(FolderTest):
         (cls.folder / "alone.yaml").write_text(SLOW)
         assert run("build", "alone.yaml", "-o", "alone", cwd=cls.folder).returncode == 0
 
-    def serve(self, *arguments, folder=None):
-        server = Server("labelled", "--cache", "", "--jobs", folder or self.id().split(".")[-1], "--ranks", "2",
-                        "--workers", "1", *arguments, cwd=self.folder)
+    def serve(self, *arguments, **options):
+        server = Server("labelled", "--cache", "", "--jobs", self.id().split(".")[-1], "--ranks", "2", "--workers", "1",
+                        *arguments, cwd=self.folder, **options)
         self.addCleanup(server.process.kill)
         return server
 
@@ -255,6 +256,35 @@ class ServiceJobs(FolderTest):
         self.assertEqual(server.job(self.queue(server, CONFIG))["state"], "done")
         self.assertEqual(server.stop()[0], 0)
 
+    def test_a_disk_that_fills(self):
+        def small_files():
+            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+            resource.setrlimit(resource.RLIMIT_FSIZE, (4000, resource.RLIM_INFINITY))
+
+        server = self.serve(before=small_files)
+        status, told = server.ask_json("/v1/jobs", (CONFIG + "#" * 4000).encode())
+        self.assertEqual(status, 507, told)
+        self.assertEqual(server.ask_json("/v1/jobs")[1], {"jobs": []})
+        # A job whose own files find no room fails, and says why; what there is room for goes on.
+        failed = server.job(self.queue(server, CONFIG, ranks=1))
+        self.assertEqual(failed["state"], "failed", failed)
+        self.assertIn("cannot be written", failed["errors"])
+        resource.prlimit(server.process.pid, resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
+        self.assertEqual(server.job(self.queue(server, CONFIG))["state"], "done")
+        self.assertEqual(server.stop()[0], 0)
+
+    def test_clocks_that_jump(self):
+        server = self.serve(environment={"LD_PRELOAD": os.environ["CLOCK_JUMPS"]})
+        first, second = self.queue(server, SLOW), self.queue(server, CONFIG)
+        self.running(server, first)
+        self.assertEqual(server.ask(f"/v1/jobs/{first}", method="DELETE")[0], 200)
+        self.assertEqual(server.job(first)["state"], "cancelled")
+        job = server.job(second)
+        self.assertEqual((job["state"], job["exit_code"]), ("done", 0), job)
+        # They did jump.
+        self.assertGreater(len({one[key][:7] for one in (server.job(first), job) for key in ("created", "ended")}), 1)
+        self.assertEqual(server.stop()[0], 0)
+
     def test_slurm_runs_them(self):
         bin_folder = self.folder / "slurm"
         bin_folder.mkdir()
@@ -262,16 +292,7 @@ class ServiceJobs(FolderTest):
             (bin_folder / name).write_text("#!/bin/bash\n" + text)
             (bin_folder / name).chmod(0o755 | stat.S_IXUSR)
         environment = {"PATH": f"{bin_folder}:{os.environ['PATH']}", "SLURM_PIDS": str(bin_folder)}
-        before = {name: os.environ.get(name) for name in environment}
-        os.environ.update(environment)
-        try:
-            server = self.serve("--launch", "slurm")
-        finally:
-            for name, value in before.items():
-                if value is None:
-                    del os.environ[name]
-                else:
-                    os.environ[name] = value
+        server = self.serve("--launch", "slurm", environment=environment)
         number = self.queue(server, CONFIG)
         job = server.job(number)
         self.assertEqual((job["state"], job["exit_code"]), ("done", 0), job)
