@@ -11,7 +11,7 @@
 #include <chrono>
 #include <condition_variable>
 #include <mutex>
-#include <nlohmann/json.hpp>
+#include <set>
 #include <thread>
 #include <utility>
 
@@ -80,10 +80,30 @@ class TimedServer final : public httplib::Server {
  public:
   explicit TimedServer(double seconds) : seconds_(seconds) {}
 
+  /// The request that this thread answers has come as a whole.
+  void has_come(socket_t socket) {
+    const std::lock_guard lock(mutex_);
+    awaited_.erase(socket);
+  }
+  /// Clients that have not sent their request yet are not waited for.
+  void stop_waiting() {
+    const std::lock_guard lock(mutex_);
+    stopped_ = true;
+    for (const socket_t socket : awaited_) ::shutdown(socket, SHUT_RD);
+  }
+
  private:
+  /// The next request is waited for.
+  void await(socket_t socket) {
+    const std::lock_guard lock(mutex_);
+    awaited_.insert(socket);
+    if (stopped_) ::shutdown(socket, SHUT_RD);
+  }
+
   bool process_and_close_socket(socket_t socket) override {
     bool closed = false;
     for (int left = requests_of_a_connection; left > 0 && !closed; --left) {
+      await(socket);
       // The first request has the whole limit, others first have to begin.
       if (left < requests_of_a_connection &&
           (svr_sock_ == INVALID_SOCKET || !TimedStream(socket, keep_alive_seconds).is_readable())) {
@@ -95,12 +115,16 @@ class TimedServer final : public httplib::Server {
       current_stream = nullptr;
       if (!answered) break;
     }
+    has_come(socket);
     ::shutdown(socket, SHUT_RDWR);
     ::close(socket);
     return true;
   }
 
   double seconds_;
+  std::mutex mutex_;
+  std::set<socket_t> awaited_;
+  bool stopped_ = false;
 };
 
 }  // namespace
@@ -110,6 +134,7 @@ struct HttpServer::State {
 
   void answer(const httplib::Request& request, httplib::Response& response,
               const HttpServer::Answer& make, HttpRequest own) {
+    if (current_stream != nullptr) server.has_come(current_stream->socket());
     fill_in(own, request);
     put(guarded(own.path, [&] { return make(own); }), response);
   }
@@ -264,6 +289,7 @@ void HttpServer::stop() {
     state_->stopping = true;
   }
   state_->stop_asked.notify_all();
+  state_->server.stop_waiting();
   state_->server.stop();
 }
 

@@ -167,11 +167,19 @@ class Service(FolderTest):
 
     def test_a_signal_lets_what_is_under_way_end(self):
         server = Server("small", cwd=self.folder)
+        # Clients that are silent, or in the middle of their request, are not waited for.
+        idle = [self.enterContext(socket.create_connection(("127.0.0.1", server.port))) for _ in range(4)]
+        for client, text in zip(idle, [b"", b"GET ", b"POST /v1/features HTTP/1.1\r\nContent-Length: 9\r\n\r\nRIFF",
+                                       b"GET /v1/health HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n"]):
+            client.sendall(text)
+        self.assertIn(b"ready", idle[3].recv(1000) + idle[3].recv(1000))
         long = wav_bytes(ringing(4))
         with concurrent.futures.ThreadPoolExecutor(1) as pool:
             reply = pool.submit(server.ask, "/v1/features", long)
             time.sleep(0.3)
+            begin = time.monotonic()
             code, _ = server.stop()
+            self.assertLess(time.monotonic() - begin, 4 * TIMEOUT_FACTOR)
             self.assertEqual(reply.result()[0], 200)
         self.assertEqual(code, 0)
 
