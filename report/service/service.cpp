@@ -16,6 +16,7 @@
 #include "dataset/run/status.hpp"
 #include "report/report.hpp"
 #include "report/service/detail/gate.hpp"
+#include "report/service/detail/newest.hpp"
 #include "report/service/detail/sound_answers.hpp"
 
 namespace carillon::report::service {
@@ -109,7 +110,8 @@ struct Service::State {
     ReportFolders found = find_report_folders(options.folders);
     std::string state = state_of(found);
     const double now = core::monotonic_seconds();
-    if (page_html.empty() || (state != page_state && now - page_made > page_seconds)) {
+    if (page_html.empty() ||
+        (state != page_state && (now - page_made > page_seconds || !is_building(found.builds)))) {
       // Modes are computed with, too.
       const Gate::Pass pass = gate.enter();
       if (!pass) return busy();
@@ -150,14 +152,14 @@ struct Service::State {
   /// Every build's status; of one that cannot be read why, as folders may go while they are served.
   ordered_json builds() const {
     ordered_json found = ordered_json::array();
-    for (const fs::path& folder : find_report_folders(options.folders).datasets) {
+    for (const fs::path& folder : find_report_folders(options.folders).builds) {
       try {
         ordered_json status = dataset::run::read_status(folder);
         status["folder"] = folder.string();
         status["line"] = dataset::run::status_line(status);
         found.push_back(std::move(status));
       } catch (const core::Error&) {
-        // A dataset of another's make has none.
+        // It was deleted just now.
       }
     }
     return found;
@@ -182,6 +184,10 @@ struct Service::State {
     server.get("/", [this](const HttpRequest&) { return page(); });
     server.get("/v1/health", [this](const HttpRequest&) { return health(); });
     server.get("/v1/datasets", [this](const HttpRequest&) { return datasets(); });
+    server.get("/v1/newest", [this](const HttpRequest& request) {
+      const std::lock_guard lock(storage);
+      return newest_reply(request, options.folders);
+    });
     server.get("/v1/events", [this](const HttpRequest&) {
       const auto next = [this, told = std::string()]() mutable -> std::optional<std::string> {
         std::string latest_news = news();
