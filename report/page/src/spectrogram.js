@@ -6,8 +6,8 @@ import { number } from "./format.js";
 // Power spectrogram of a clip as a picture with its scales: time across, frequency up on a
 // logarithmic scale, 80 dB of magma. Windows of 1,024 values (Hann), a quarter apart.
 const size = 1024;
-const range = 80;
-const lowest = 60;
+export const range = 80;
+export const lowest = 60;
 
 export function spectrogram(samples, sampleRate, width, height) {
   const seconds = samples.length / sampleRate;
@@ -84,7 +84,7 @@ function powers(samples) {
 // Points of the magma colour map (matplotlib, CC0), straight lines between.
 const points = [[0, 0, 4], [28, 16, 68], [79, 18, 123], [129, 37, 129], [181, 54, 122], [229, 80, 100], [251, 135, 97], [254, 194, 135], [252, 253, 191]];
 
-function magma(share) {
+export function magma(share) {
   const place = share * (points.length - 1);
   const low = Math.min(Math.floor(place), points.length - 2);
   const part = place - low;
