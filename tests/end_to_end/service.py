@@ -47,8 +47,8 @@ def ringing(seconds=1.0, pitch=1.0):
 class Server:
     """A service that runs; `host:port` of it."""
 
-    def __init__(self, *arguments, cwd):
-        self.process = subprocess.Popen([CARILLON, "serve", *map(str, arguments), "--port", "0"], cwd=cwd,
+    def __init__(self, *arguments, cwd, port=0):
+        self.process = subprocess.Popen([CARILLON, "serve", *map(str, arguments), "--port", str(port)], cwd=cwd,
                                         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         self.url = self.process.stdout.readline().strip().rstrip("/")
         if not self.url:

@@ -34,7 +34,7 @@ function chooser(runs) {
   };
   const [a, b] = [choice("First run", 0), choice("Second run", 1)];
   const place = html`<div aria-live="polite"></div>`;
-  const form = html`<form class="controls">${a.element}${b.element}<div class="buttons"><button type="submit">Compare</button></div></form>`;
+  const form = html`<form class="choices">${a.element}${b.element}<div class="buttons"><button type="submit">Compare</button></div></form>`;
   form.onsubmit = (event) => {
     event.preventDefault();
     location.hash = `#compare?${new URLSearchParams({ a: a.select.value, b: b.select.value })}`;

@@ -5,21 +5,23 @@ import Timeline from "wavesurfer.js/plugins/timeline";
 import Zoom from "wavesurfer.js/plugins/zoom";
 
 import { uint8s } from "./arrays.js";
-import { lowest, magma, range } from "./spectrogram.js";
+import { lowest, magma, range, timeStep, toneLabels } from "./spectrogram.js";
 
 const colorMap = Array.from({ length: 256 }, (_, i) => magma(i / 255).map((value) => value / 255));
-const maxZoom = 20000; // pixels per second
+const maxZoom = 10000; // pixels per second
+const wave_pixels = 80;
 
-// One sample as large as the screen: waveform and spectrogram that can be zoomed into, by buttons, keys
+// One sample as wide as the screen: waveform and spectrogram that can be zoomed into, by buttons, keys
 // (+, -, 0) or the wheel.
 export function openPlayer(sample, details) {
-  const stage = html`<div class="stage"></div>`;
+  const height = Math.round(Math.min(320, Math.max(160, innerHeight / 3)));
+  const stage = html`<div></div>`;
   const audio = html`<audio controls aria-label=${sample.key}></audio>`;
   const shown = html`<output class="note"></output>`;
   const button = (text, act) => Object.assign(html`<button type="button">${text}</button>`, { onclick: act });
   const dialog = html`<dialog class="player" aria-label=${`Sample ${sample.key}`}>
-    <div class="bar"><h2>${sample.key}</h2>${button("Close", () => dialog.close())}</div>
-    ${stage}
+    <div class="bar"><h2>${sample.key}</h2><div class="buttons">${button("Close", () => dialog.close())}</div></div>
+    <div class="stage"><div class="scales" aria-hidden="true" style=${`top: ${wave_pixels}px; height: ${height}px`}>${toneLabels(sample.sample_rate_hz)}</div>${stage}</div>
     <div class="buttons bar">${button("Zoom in", () => zoom(2))}${button("Zoom out", () => zoom(0.5))}${button("Whole clip", () => zoom(0))}${shown}</div>
     ${audio}
     ${details}
@@ -31,7 +33,7 @@ export function openPlayer(sample, details) {
   const wave = WaveSurfer.create({
     container: stage,
     media: audio,
-    height: 80,
+    height: wave_pixels,
     sampleRate: sample.sample_rate_hz,
     waveColor: style.getPropertyValue("--accent"),
     progressColor: style.getPropertyValue("--quiet"),
@@ -39,15 +41,10 @@ export function openPlayer(sample, details) {
     minPxPerSec: 0,
     autoScroll: false,
     plugins: [
-      Timeline.create({ secondaryLabelOpacity: 1, formatTimeCallback: (seconds) => `${Number(seconds.toFixed(4))} s` }),
       Zoom.create({ maxZoom, exponentialZooming: true }),
       // The thumbnails' scales: a tone is where it is there.
       Spectrogram.create({
-        labels: true,
-        labelsBackground: "rgba(0, 0, 4, 0.6)",
-        labelsColor: "#ffffff",
-        labelsHzColor: "#ffffff",
-        height: Math.min(320, Math.max(160, innerHeight / 3)),
+        height,
         fftSamples: 1024,
         scale: "logarithmic",
         frequencyMin: lowest,
@@ -60,12 +57,24 @@ export function openPlayer(sample, details) {
   });
   const whole = () => wave.getWidth() / wave.getDuration();
   let pixels = 0;
-  const tell = () => (shown.value = `${Number((wave.getWidth() / pixels).toPrecision(3))} s across`);
+  let axis = null;
+  // An axis has the labels that fit into what is seen.
+  const tell = () => {
+    const seen = wave.getWidth() / pixels;
+    shown.value = `${Number(seen.toPrecision(3))} s across`;
+    const step = timeStep(seen);
+    if (axis?.step === step) return;
+    if (axis) wave.unregisterPlugin(axis.plugin);
+    axis = { step, plugin: wave.registerPlugin(timeAxis(step)) };
+  };
+  // About the cursor, where it is seen, else the middle.
   const zoom = (factor) => {
-    const middle = (wave.getScroll() + wave.getWidth() / 2) / pixels;
+    const cursor = wave.getCurrentTime() * pixels - wave.getScroll();
+    const place = cursor >= 0 && cursor <= wave.getWidth() ? cursor : wave.getWidth() / 2;
+    const time = (wave.getScroll() + place) / pixels;
     const wanted = Math.min(maxZoom, Math.max(whole(), factor * pixels));
     wave.zoom(wanted);
-    wave.setScroll(middle * wanted - wave.getWidth() / 2);
+    wave.setScroll(time * wanted - place);
   };
   wave.on("ready", () => {
     pixels = whole();
@@ -86,4 +95,15 @@ export function openPlayer(sample, details) {
   };
   wave.loadBlob(new Blob([uint8s(sample.audio)], { type: "audio/wav" })).catch(() => {});
   return dialog;
+}
+
+function timeAxis(step) {
+  const is_labelled = (seconds) => Math.abs(seconds / step - Math.round(seconds / step)) < 1e-6;
+  return Timeline.create({
+    timeInterval: step / 5,
+    primaryLabelInterval: Infinity,
+    primaryLabelSpacing: 5,
+    secondaryLabelInterval: Infinity,
+    formatTimeCallback: (seconds) => (is_labelled(seconds) ? `${Number(seconds.toPrecision(4))} s` : ""),
+  });
 }

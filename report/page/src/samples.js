@@ -54,7 +54,7 @@ function choice(all, several) {
     state.text = search.value.trim();
     show();
   };
-  const labels = columns.filter((column) => !column.number).map((column) => labelFilter(column, all, state, show));
+  const labels = columns.filter((column) => !column.number || column.title === "size").map((column) => labelFilter(column, all, state, show));
   const sortBy = html`<select name="order"><option value="">as chosen</option>${columns.map(({ title }) => html`<option>${title}</option>`)}</select>`;
   const down = html`<input type="checkbox" name="down">`;
   sortBy.onchange = down.onchange = () => {
@@ -62,7 +62,7 @@ function choice(all, several) {
     show();
   };
   show();
-  return html`<div role="search" aria-label="Samples" class="controls">
+  return html`<div role="search" aria-label="Samples" class="choices">
     <label>Filter by any text${search}</label>${labels}
     <label>Order by${sortBy}</label><label class="check">${down} largest first</label>
     </div><div class="buttons bar">${buttons}${said}</div>${place}`;
