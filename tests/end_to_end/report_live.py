@@ -31,7 +31,7 @@ objects:
   - {shape: tile, count: 2, parameters: {length: 60 mm, width: 50 mm, thickness: 6 mm}}
 modes: {max_modes: 6, order: 1, element_size: 20 mm}
 strikes: {per_object: 3}
-audio: {seconds: 0.2 s, sample_rate: 22050 Hz}
+audio: {seconds: 0.2 s, sample_rate: 44100 Hz}
 """ + ("" if NO_PICTURES else "camera: {width: 32, height: 24}\n")
 SAMPLES = 12
 # The first mesh is made at once, the others once the gate is gone.
@@ -187,7 +187,7 @@ class Live(FolderTest):
     @needs_browser
     def test_a_failed_task_is_counted(self):
         (self.folder / "flat.off").write_text("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")
-        failing = self.write("failing.yaml", CONFIG.replace("modes:", "  - {mesh: flat.off, length: 10 cm, materials: [steel]}\nmodes:"))
+        failing = self.write("failing.yaml", CONFIG.replace("\nmodes:", "\n  - {mesh: flat.off, length: 10 cm, materials: [steel]}\nmodes:"))
         self.open()
         built = run("build", failing, "-o", self.served / "fails", "--set", "name=fails")
         self.assertEqual(built.returncode, 3, built.stderr)

@@ -10,7 +10,7 @@ import { table } from "./table.js";
 
 // Two datasets: what differs in configuration, counts, time and sound.
 
-const text = (value) => (value === undefined ? "–" : typeof value === "string" ? value : JSON.stringify(value));
+const text = (value) => (value === undefined ? "–" : Array.isArray(value) ? `[${value.map(text).join(", ")}]` : typeof value === "string" ? value : JSON.stringify(value));
 
 // {"objects[0].count": 2, ...} of a document; lists of plain values stay whole.
 function flattened(value, path = "", flat = new Map()) {

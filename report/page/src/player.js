@@ -8,7 +8,7 @@ import { uint8s } from "./arrays.js";
 import { lowest, magma, range, timeStep, toneLabels } from "./spectrogram.js";
 
 const colorMap = Array.from({ length: 256 }, (_, i) => magma(i / 255).map((value) => value / 255));
-const maxZoom = 10000; // pixels per second
+const maxZoom = 20000; // pixels per second
 const wave_pixels = 80;
 
 // One sample as wide as the screen: waveform and spectrogram that can be zoomed into, by buttons, keys
@@ -55,12 +55,12 @@ export function openPlayer(sample, details) {
       }),
     ],
   });
-  const whole = () => wave.getWidth() / wave.getDuration();
-  let pixels = 0;
+  let zoomed = 0; // pixels per second that were asked for; the whole clip fills the width at the least
+  const pixels = () => Math.max(zoomed, wave.getWidth() / wave.getDuration());
   let axis = null;
   // An axis has the labels that fit into what is seen.
   const tell = () => {
-    const seen = wave.getWidth() / pixels;
+    const seen = wave.getWidth() / pixels();
     shown.value = `${Number(seen.toPrecision(3))} s across`;
     const step = timeStep(seen);
     if (axis?.step === step) return;
@@ -69,19 +69,16 @@ export function openPlayer(sample, details) {
   };
   // About the cursor, where it is seen, else the middle.
   const zoom = (factor) => {
-    const cursor = wave.getCurrentTime() * pixels - wave.getScroll();
+    const cursor = wave.getCurrentTime() * pixels() - wave.getScroll();
     const place = cursor >= 0 && cursor <= wave.getWidth() ? cursor : wave.getWidth() / 2;
-    const time = (wave.getScroll() + place) / pixels;
-    const wanted = Math.min(maxZoom, Math.max(whole(), factor * pixels));
-    wave.zoom(wanted);
-    wave.setScroll(time * wanted - place);
+    const time = (wave.getScroll() + place) / pixels();
+    wave.zoom(Math.min(maxZoom, factor * pixels()));
+    wave.setScroll(time * pixels() - place);
   };
-  wave.on("ready", () => {
-    pixels = whole();
-    tell();
-  });
+  wave.on("ready", tell);
+  wave.on("resize", tell);
   wave.on("zoom", (wanted) => {
-    pixels = Math.max(whole(), wanted);
+    zoomed = wanted;
     tell();
   });
   wave.on("error", (error) => (shown.value = `It cannot be shown: ${error.message}`));
