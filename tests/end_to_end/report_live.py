@@ -28,7 +28,7 @@ name: slow
 seed: 3
 materials: [steel, oak]
 objects:
-  - {shape: tile, count: 2, parameters: {length: 60 mm, width: 50 mm, thickness: 6 mm}}
+  - {shape: tile, count: 2, parameters: {length: [60 mm, 80 mm], width: 50 mm, thickness: 6 mm}}
 modes: {max_modes: 6, order: 1, element_size: 20 mm}
 strikes: {per_object: 3}
 audio: {seconds: 0.2 s, sample_rate: 44100 Hz}
@@ -69,7 +69,7 @@ class Live(FolderTest):
     def expect_said(self, name, words, seconds=30):
         self.assertTrue(wait_for(lambda: words in self.said(name), seconds), (words, self.said(name)))
 
-    def build(self, name):
+    def build(self, name, config=None):
         """A build on two ranks that has the samples of its first object, and waits for its second mesh."""
         gate = self.folder / f"gate-{name}"
         gate.touch()
@@ -77,7 +77,7 @@ class Live(FolderTest):
         mesher.write_text(MESHER.format(gate=gate, mesher=os.path.join(os.path.dirname(CARILLON), "carillon-mesh")))
         mesher.chmod(0o755)
         process = subprocess.Popen(
-            ["mpirun", "--oversubscribe", "--bind-to", "none", "-n", "2", CARILLON, "--cache", "", "build", self.config,
+            ["mpirun", "--oversubscribe", "--bind-to", "none", "-n", "2", CARILLON, "--cache", "", "build", config or self.config,
              "-o", self.served / name, "--set", f"name={name}"],
             stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env={**os.environ, "CARILLON_MESH": str(mesher)})
         self.addCleanup(shutil.rmtree, self.served / name, ignore_errors=True)
@@ -185,6 +185,20 @@ class Live(FolderTest):
         self.assertEqual(self.js("return window.read"), "before")
 
     @needs_browser
+    def test_of_a_sweep_the_variant_is_heard_that_is_worked_on(self):
+        config = self.write("sweep.yaml", CONFIG + "sweep: {mode: grid, keys: {audio.gain: [1, 2]}}\n")
+        self.open()
+        process, gate = self.build("sweep", config)
+        self.expect_said("sweep", f"{SAMPLES} of {2 * SAMPLES}", 60)
+        self.expect_said("sweep", "gain=1/modes/tile-")
+        self.js(f"{CARD}.scrollIntoView({{behavior: 'instant'}})", "sweep")
+        self.assertTrue(wait_for(lambda: self.js(f"return {CARD}.querySelectorAll('audio').length", "sweep") == 4, 30))
+        gate.unlink()
+        process.communicate(timeout=60 * TIMEOUT_FACTOR)
+        self.expect_said("sweep", "It is done after")
+        self.assertIn(f"{2 * SAMPLES} of {2 * SAMPLES}", self.said("sweep"))
+
+    @needs_browser
     def test_a_failed_task_is_counted(self):
         (self.folder / "flat.off").write_text("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")
         failing = self.write("failing.yaml", CONFIG.replace("\nmodes:", "\n  - {mesh: flat.off, length: 10 cm, materials: [steel]}\nmodes:"))
@@ -234,7 +248,11 @@ class Live(FolderTest):
     @needs_browser
     def test_a_page_on_another_server_says_that_nothing_is_known(self):
         run("report", self.served / "done", "-o", self.folder / "page.html")
-        answer = functools.partial(http.server.SimpleHTTPRequestHandler, directory=self.folder)
+        class Quiet(http.server.SimpleHTTPRequestHandler):
+            def log_message(self, *_):
+                pass
+
+        answer = functools.partial(Quiet, directory=self.folder)
         with http.server.ThreadingHTTPServer(("127.0.0.1", 0), answer) as other:
             threading.Thread(target=other.serve_forever).start()
             try:

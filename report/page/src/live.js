@@ -111,21 +111,31 @@ class BuildCard {
     this.heard.hidden = true;
   }
 
-  // The folder of the dataset whose samples come: of a sweep the variant that is worked on.
+  // The folder of the dataset whose samples come: of a sweep the variant that was worked on last.
   get dataset() {
-    const variant = /^(.+)\/(modes|samples)\/[^/]+$/.exec(this.build.running?.[0]?.task ?? "")?.[1];
-    return variant ? `${this.folder}/${variant}` : this.folder;
+    this.variant = /^(.+)\/(modes|samples)\/[^/]+$/.exec(this.build.running?.[0]?.task ?? "")?.[1] ?? this.variant;
+    return this.variant ? `${this.folder}/${this.variant}` : this.folder;
   }
 
   get wants_sounds() {
     const { top, bottom } = this.element.getBoundingClientRect();
     const is_seen = this.element.isConnected && bottom > 0 && top < innerHeight;
-    return is_seen && this.build.state !== "deleted" && this.build.samples.done > 0 && this.build.samples.done !== this.heard_of;
+    const { state, samples } = this.build;
+    return is_seen && state !== "deleted" && samples.done > 0 && samples.done !== this.heard_of && this.shown !== this.failed;
+  }
+
+  async hearNewest() {
+    const [done, shown] = [this.build.samples.done, this.shown];
+    try {
+      this.hear(await newest(this.dataset, newest_count));
+      this.heard_of = done;
+    } catch {
+      this.failed = shown; // there is no dataset.json yet, or no folder any more: asked again when there is news
+    }
   }
 
   // Those that are there stay as they are: one may be playing.
-  hear(samples, done) {
-    this.heard_of = done;
+  hear(samples) {
     const there = new Map([...this.sounds.children].map((card) => [card.dataset.key, card]));
     const playing = [...there.values()].filter((card) => card.querySelector("audio").currentTime > 0 && !card.querySelector("audio").paused);
     const cards = samples.map((sample) => there.get(sample.key) ?? soundCard(sample, { atOnce: true }));
@@ -190,15 +200,7 @@ function askForNewest(cards) {
   let turn = 0;
   const ask = async () => {
     const waiting = document.hidden ? [] : [...cards.values()].filter((card) => card.wants_sounds);
-    if (waiting.length > 0) {
-      const card = waiting[turn++ % waiting.length];
-      const done = card.build.samples.done;
-      try {
-        card.hear(await newest(card.dataset, newest_count), done);
-      } catch {
-        // There is no index yet, or no folder any more: events will say.
-      }
-    }
+    if (waiting.length > 0) await waiting[turn++ % waiting.length].hearNewest();
     setTimeout(ask, newest_ms);
   };
   ask();
