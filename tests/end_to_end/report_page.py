@@ -47,7 +47,7 @@ class Page(FolderTest):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        cls.write(cls, "first.yaml", CONFIG)
+        (cls.folder / "first.yaml").write_text(CONFIG)
         for folder, changes in (("first", ()), ("second", CHANGES)):
             built = run("build", "first.yaml", "-o", folder, *[word for one in changes for word in ("--set", one)],
                         cwd=cls.folder)
@@ -80,8 +80,8 @@ class Page(FolderTest):
             const table = [...document.querySelectorAll(`${arguments[0]} table`)].find((one) => one.caption.textContent === arguments[1]);
             return [...table.tBodies[0].rows].map((row) => [...row.cells].map((cell) => cell.textContent));""", where, caption)
 
-    def open(self, hash="", **options):
-        return show(self.driver, self.page.as_uri() + hash, **options)
+    def open(self, place="", **options):
+        return show(self.driver, self.page.as_uri() + place, **options)
 
     COMPARED = "#compare?a=first&b=second"
 

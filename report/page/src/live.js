@@ -176,7 +176,7 @@ function facts(build) {
   const tiles = [
     ["samples", of(build.samples)],
     ["rate", rate(build)],
-    ["time left", build.state === "running" ? seconds(build.remaining_s) : "–"],
+    ["time left", build.state === "running" && build.remaining_s !== null ? seconds(Math.ceil(build.remaining_s)) : "–"],
     ["since the beginning", seconds(build.elapsed_s)],
     ["objects", of(build.objects)],
     ["tasks", of(build.tasks)],
