@@ -158,7 +158,7 @@ std::optional<BegunTask> read_begun_task(const std::filesystem::path& path) {
     const std::string text = core::read_file(path);
     const json record = json::parse(text.substr(0, text.find('\n')));
     return BegunTask{record.at("task"), record.at("stage"), record.at("item"),
-                     record.value("overdue", "")};
+                     record.value("overdue", ""), path.filename().string()};
   } catch (const std::exception&) {
     return {};  // no task was running, or the line is cut
   }

@@ -42,6 +42,7 @@ struct BegunTask {
   std::string stage;    ///< part of the task; may be empty
   std::string item;     ///< what that part was busy with; may be empty
   std::string overdue;  ///< why its process ended itself; empty where it did not
+  std::string file;     ///< name of the file it was noted in
 };
 
 /// What is left in a folder of such files, in the order of their names; what cannot be read tells

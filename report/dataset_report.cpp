@@ -188,7 +188,8 @@ ordered_json dataset_report(const dataset::stored::StoredDataset& dataset, std::
                          {"effects", describe_effects_run(dataset, trace)},
                          {"ranks", trace.value("ranks", json::array())},
                          {"runs", trace.value("runs", json::array())},
-                         {"made", last_made(dataset.folder, trace)}};
+                         {"made", last_made(dataset.folder, trace)},
+                         {"missed_pitch_targets", trace.value("missed_pitch_targets", json())}};
   add_tasks(trace, rows, report);
   add_failures(dataset.folder, rows, report);
   return report;

@@ -27,6 +27,7 @@ void look_in(const fs::path& folder, int depth, std::set<fs::path>& seen, Report
   if (!seen.insert(fs::canonical(folder)).second) return;
   const auto holds = [&](const char* name) { return fs::is_regular_file(folder / name); };
   if (holds("dataset.json")) found.datasets.push_back(folder);
+  if (holds("status.json")) found.builds.push_back(folder);
   if (holds("sweep.json")) found.sweeps.push_back(folder);
   if (holds("accuracy.json")) found.studies.push_back(folder);
   if (holds("nightly.json")) found.nightly_runs.push_back(folder);
@@ -74,8 +75,8 @@ ReportFolders find_report_folders(const std::vector<std::string>& folders, bool 
           "name folders that you may read");
     }
   }
-  if (!may_be_empty && found.datasets.empty() && found.studies.empty() && found.nightly_runs.empty() &&
-      found.evaluations.empty()) {
+  if (!may_be_empty && found.datasets.empty() && found.builds.empty() && found.studies.empty() &&
+      found.nightly_runs.empty() && found.evaluations.empty()) {
     throw core::InputError(
         fmt::format("{}: nothing to report, neither datasets nor accuracy.json nor evaluations",
                     fmt::join(folders, ", ")),

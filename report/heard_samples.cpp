@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <span>
+#include <string>
+#include <vector>
 
 #include "core/base64.hpp"
 #include "core/columns.hpp"
@@ -163,6 +166,44 @@ ordered_json heard(const Hdf5Group& index, const dataset::stored::SampleAudio& a
   return sample;
 }
 
+/// Files of samples, relative to the folder: those of the tasks that ended last, the newest first.
+std::vector<std::string> newest_shards(const std::filesystem::path& folder, std::size_t count) {
+  constexpr std::streamoff tail = 1 << 20;
+  std::ifstream journal(folder / "journal.jsonl", std::ios::ate);
+  journal.seekg(std::max<std::streamoff>(0, journal.tellg() - tail));
+  std::vector<std::string> shards;
+  for (std::string line; std::getline(journal, line);) {
+    const auto entry = nlohmann::json::parse(line, nullptr, /*allow_exceptions=*/false);
+    if (!entry.is_object() || !entry.value("ok", false)) continue;
+    const std::string task = entry.value("task", "");
+    if (!task.starts_with("samples/")) continue;
+    const std::string shard = "samples/" + std::filesystem::path(task).filename().string() + ".h5";
+    std::erase(shards, shard);
+    shards.push_back(shard);
+  }
+  std::reverse(shards.begin(), shards.end());
+  shards.resize(std::min(shards.size(), count));
+  return shards;
+}
+
+/// The object's frame in its material, from its modes file: an index may not have it yet.
+void add_picture_of_modes(const std::filesystem::path& folder, ordered_json& sample) {
+  const std::filesystem::path object(sample.at("object").get<std::string>());
+  const std::filesystem::path path = folder / "modes" / (object.filename().string() + ".h5");
+  if (sample.contains("picture") || !std::filesystem::is_regular_file(path)) return;
+  const Hdf5Group modes = Hdf5Group::open_file(path);
+  const std::string frames = "appearances/frame";
+  if (!modes.has(frames)) return;
+  const auto materials = modes.read<std::string>("appearances/material");
+  const auto own = std::find(materials.begin(), materials.end(), sample["labels"]["material"]);
+  if (own == materials.end()) return;
+  const core::Extent extent = modes.extent(frames);
+  const auto views =
+      modes.read_rows<std::uint8_t>(frames, static_cast<std::uint64_t>(own - materials.begin()), 1);
+  sample["picture"] =
+      picture(std::span(views).first(extent[2] * extent[3] * 3), extent[2], extent[3]);
+}
+
 }  // namespace
 
 void require_shards(const std::filesystem::path& folder) {
@@ -191,6 +232,27 @@ ordered_json heard_samples(const std::filesystem::path& folder, ReportShare shar
     samples.push_back(
         heard(index, audio, static_cast<std::uint64_t>(row), share.bytes / (count - i)));
     share.bytes -= std::min(share.bytes, samples.back().dump().size());
+  }
+  return samples;
+}
+
+ordered_json newest_samples(const std::filesystem::path& folder, ReportShare share) {
+  ordered_json samples = ordered_json::array();
+  const std::vector<std::string> shards = newest_shards(folder, share.count);
+  for (std::size_t s = 0; s < shards.size(); ++s) {
+    const std::size_t wanted = (share.count - samples.size()) / (shards.size() - s);
+    try {
+      const Hdf5Group shard = Hdf5Group::open_file(folder / shards[s]);
+      const dataset::stored::SampleAudio audio(shard);
+      const std::uint64_t rows = shard.extent("key").front();
+      for (std::uint64_t i = 0; i < std::min<std::uint64_t>(wanted, rows); ++i) {
+        ordered_json sample = heard(shard, audio, rows - 1 - i, share.bytes / share.count);
+        add_picture_of_modes(folder, sample);
+        samples.push_back(std::move(sample));
+      }
+    } catch (const core::Error&) {
+      // It is being made anew, or was deleted: the others can be heard.
+    }
   }
   return samples;
 }

@@ -13,6 +13,7 @@ namespace carillon::report {
 /// What a report finds below the folders that it is asked for, each in the order of their names.
 struct ReportFolders {
   std::vector<std::filesystem::path> datasets;      ///< with dataset.json
+  std::vector<std::filesystem::path> builds;        ///< with status.json, sweeps' own among them
   std::vector<std::filesystem::path> sweeps;        ///< with sweep.json
   std::vector<std::filesystem::path> studies;       ///< with accuracy.json
   std::vector<std::filesystem::path> evaluations;   ///< `evaluation/`
@@ -47,6 +48,11 @@ void require_shards(const std::filesystem::path& folder);
 /// at half of full scale, what was drawn for it, frame and voxels of its object. Each has an equal
 /// share of the bytes; of a longer clip its beginning is taken, of many listeners the first two.
 nlohmann::ordered_json heard_samples(const std::filesystem::path& folder, ReportShare share);
+
+/// The same of the samples that were made last, of the newest tasks in turn, the newest first: read
+/// from their shards, which a build has written before the index knows them, without voxels. None
+/// of a folder without journal.jsonl.
+nlohmann::ordered_json newest_samples(const std::filesystem::path& folder, ReportShare share);
 
 /// `objects`: objects of a dataset, each in one of its materials and sizes: surface and modes, as
 /// displacements along the normal, the lowest ones as far as they fit, and what damps them.

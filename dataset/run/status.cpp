@@ -129,7 +129,10 @@ ordered_json read_status(const fs::path& folder) {
   }
   status["running"] = ordered_json::array();
   for (const mpi::BegunTask& task : mpi::begun_tasks(running_file(folder, 0).parent_path()))
-    status["running"].push_back({{"task", task.task}, {"stage", task.stage}, {"item", task.item}});
+    status["running"].push_back({{"rank", rank_of_running_file(task.file)},
+                                 {"task", task.task},
+                                 {"stage", task.stage},
+                                 {"item", task.item}});
   return status;
 }
 

@@ -10,9 +10,9 @@ namespace carillon::dataset::run {
 /// ended (docs/format.md, status.json).
 inline constexpr const char* status_name = "status.json";
 
-/// What a folder's status.json says, with what its ranks are busy with as `running` (`task`,
-/// `stage`, `item` each). A build that is said to run and whose processes are gone has the state
-/// "lost".
+/// What a folder's status.json says, with what its ranks are busy with as `running` (`rank`,
+/// `task`, `stage`, `item` each). A build that is said to run and whose processes are gone has the
+/// state "lost".
 /// @throws InputError  there is none, or it cannot be read
 nlohmann::ordered_json read_status(const std::filesystem::path& folder);
 

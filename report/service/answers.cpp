@@ -4,6 +4,7 @@
 #include "core/trace.hpp"
 #include "report/report.hpp"
 #include "report/service/detail/frames.hpp"
+#include "report/service/detail/newest.hpp"
 #include "report/service/detail/sound_answers.hpp"
 
 namespace carillon::report::service {
@@ -27,6 +28,7 @@ HttpReply Answers::made(const HttpRequest& request) {
     }
     return timed(identified(request, limits, options_.identify));
   }
+  if (request.path == "/v1/newest") return newest_reply(request, options_.folders);
   if (request.path == "/v1/strike") return strike_(request);
   if (request.path == "/") {
     PageRequest page;

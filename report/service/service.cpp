@@ -14,6 +14,7 @@
 #include "dataset/exporters/seal.hpp"
 #include "dataset/run/status.hpp"
 #include "report/report.hpp"
+#include "report/service/detail/newest.hpp"
 #include "report/service/jobs/job_queue.hpp"
 #include "report/service/jobs/job_requests.hpp"
 
@@ -101,9 +102,12 @@ struct Service::State {
   /// The page as it was made last, or made anew; others who ask meanwhile wait for it.
   HttpReply page() {
     const std::lock_guard lock(page_making);
-    std::string state = state_of(found());
+    const ReportFolders folders = found();
+    std::string state = state_of(folders);
     const double now = core::monotonic_seconds();
-    if (page_reply.body.empty() || (state != page_state && now - page_made > page_seconds)) {
+    if (page_reply.body.empty() ||
+        (state != page_state &&
+         (now - page_made > page_seconds || !is_building(folders.builds)))) {
       HttpRequest request{.path = "/"};
       request.query["made_by"] = options.made.value("command", "");
       HttpReply reply = workers.ask(request);
@@ -142,14 +146,14 @@ struct Service::State {
   /// Every build's status; of one that cannot be read why, as folders may go while they are served.
   ordered_json builds() const {
     ordered_json list = ordered_json::array();
-    for (const fs::path& folder : found().datasets) {
+    for (const fs::path& folder : found().builds) {
       try {
         ordered_json status = dataset::run::read_status(folder);
         status["folder"] = folder.string();
         status["line"] = dataset::run::status_line(status);
         list.push_back(std::move(status));
       } catch (const core::Error&) {
-        // A dataset of another's make has none.
+        // It was deleted just now.
       }
     }
     return list;
@@ -208,6 +212,7 @@ struct Service::State {
       return HttpReply{200, "application/json", std::string(openapi_json), {}};
     });
     server.get("/v1/datasets", [this](const HttpRequest&) { return datasets(); });
+    server.get("/v1/newest", compute);
     server.get("/v1/events", [this](const HttpRequest&) {
       const auto next = [this, told = std::string()]() mutable -> std::optional<std::string> {
         std::string latest_news = news();

@@ -1,20 +1,31 @@
 """A headless Chromium for pages of reports (Debian: chromium-driver, python3-selenium)."""
 import json
+import pathlib
 import shutil
 import unittest
 
-from program import run
+from program import CARILLON, run
 
 try:
     from selenium import webdriver
-    from selenium.webdriver import ActionChains
+    from selenium.webdriver import ActionChains, Keys
     from selenium.webdriver.chrome.options import Options
     from selenium.webdriver.chrome.service import Service
 except ImportError:
-    webdriver = None
+    webdriver = ActionChains = Keys = None
 
 DRIVER = shutil.which("chromedriver")
 BROWSER = shutil.which("chromium")
+# What the page is built with (cmake/CarillonPage.cmake).
+AXE = pathlib.Path(CARILLON).parent / "report-page/node_modules/axe-core/axe.min.js"
+
+VIOLATIONS = """
+    const done = arguments[0];
+    axe.run({runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa'], resultTypes: ['violations']}).then(
+      ({violations, passes}) => done({passed: passes.map(({id}) => id),
+        violations: violations.flatMap(({id, nodes}) => nodes.map(({target, failureSummary}) =>
+          `${id}: ${target.join(' ')}: ${failureSummary}`))}),
+      (error) => done({passed: [], violations: [String(error)]}));"""
 NONE = "no chromium, chromedriver or selenium (Debian: chromium-driver, python3-selenium)"
 
 
@@ -41,15 +52,16 @@ def start():
     return driver
 
 
-def show(driver, path, width=1280, height=900, dark=False):
-    """Opens a page anew, as wide as a screen or a telephone's; what was logged before is forgotten."""
+def show(driver, page, width=1280, height=900, dark=False):
+    """Opens a page anew, a file's or an address, as wide as a screen or a telephone's; what was logged before
+    is forgotten."""
     driver.get_log("browser"), driver.get_log("performance")
     driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride",
                            {"width": width, "height": height, "deviceScaleFactor": 1,
                             "mobile": width < 600})
     scheme = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
     driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [scheme]})
-    driver.get(path.resolve().as_uri())
+    driver.get(page if isinstance(page, str) else page.resolve().as_uri())
     return driver
 
 
@@ -107,6 +119,24 @@ def expect_report(test, folder, expected):
         test.skipTest("this program was built without the page of reports")
     test.assertEqual(made.returncode, 0, made.stderr)
     expect_sections(test, page, expected)
+
+
+def violations(test, driver):
+    """What axe-core finds on the page as it is; it has looked at colours, too."""
+    driver.execute_script(AXE.read_text())
+    found = driver.execute_async_script(VIOLATIONS)
+    test.assertIn("color-contrast", found["passed"])
+    return found["violations"]
+
+
+def expect_access(test, driver, width):
+    """Everyone can use the page as it is: axe-core finds nothing, and it is no wider than the screen."""
+    test.assertEqual(violations(test, driver), [])
+    test.assertLessEqual(driver.execute_script("return document.documentElement.scrollWidth"), width)
+
+
+def press(driver, *keys):
+    ActionChains(driver).send_keys(*keys).perform()
 
 
 def click(driver, element):

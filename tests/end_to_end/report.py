@@ -13,6 +13,7 @@ import h5py
 import numpy
 from browser import expect_whole, needs_browser, show, start, there
 from program import FolderTest, run, run_json
+from report_access import Access
 from report_gallery import OWN, SLACK, Gallery
 
 CONFIG = """
@@ -63,7 +64,7 @@ def samples_of(text):
         return frames.reshape(-1, clip.getnchannels()).T / 32768, clip.getframerate()
 
 
-class Report(FolderTest, Gallery):
+class Report(FolderTest, Access, Gallery):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()

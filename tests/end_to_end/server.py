@@ -42,9 +42,9 @@ def ringing(seconds=1.0, pitch=1.0):
 class Server:
     """A service that runs; `host:port` of it."""
 
-    def __init__(self, *arguments, cwd, environment=None, before=None):
+    def __init__(self, *arguments, cwd, port=0, environment=None, before=None):
         """environment: beside this process's; before: called in the child before the program is."""
-        self.process = subprocess.Popen([CARILLON, "serve", *map(str, arguments), "--port", "0"], cwd=cwd,
+        self.process = subprocess.Popen([CARILLON, "serve", *map(str, arguments), "--port", str(port)], cwd=cwd,
                                         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
                                         env={**os.environ, **(environment or {})}, preexec_fn=before)
         self.url = self.process.stdout.readline().strip().rstrip("/")

@@ -68,7 +68,8 @@ class ServiceApi(FolderTest):
             (200, "/v1/fit?model=power&estimator=least_squares", self.clip), (400, "/v1/fit?model=x", self.clip),
             (200, "/v1/compare", both, FORM), (400, "/v1/compare", self.clip),
             (501, "/v1/identify", self.clip),
-            (200, "/v1/strike?dataset=small&object=bar-000&as=json"), (400, "/v1/strike?object=cow"),
+            (200, "/v1/newest?folder=small&count=2"), (404, "/v1/newest?folder=.."),
+            (400, "/v1/newest?folder=small&count=99"), (200, "/v1/strike?dataset=small&object=bar-000&as=json"), (400, "/v1/strike?object=cow"),
             (400, "/v1/score", b"sample,class"), (202, "/v1/score?dataset=small&task=material&entry=a", b"sample,class"),
             (400, "/v1/jobs", b"a: ["), (202, "/v1/jobs", CONFIG.encode()),
         ]:

@@ -94,6 +94,7 @@ class Status(FolderTest):
         self.assertEqual((status["remaining_s"], status["samples_per_s"], status["bytes"]), (None, None, 0))
         self.assertEqual(len(status["running"]), 1)
         self.assertTrue(status["running"][0]["task"].startswith("modes/tile-"))
+        self.assertEqual(status["running"][0]["rank"], 0)
         self.assertIn("now        modes/tile-", run("status", output).stdout)
         # It says that it is alive though nothing happens.
         first = status["updated"]

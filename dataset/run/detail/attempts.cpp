@@ -5,8 +5,10 @@
 
 #include <map>
 #include <nlohmann/json.hpp>
+#include <string_view>
 #include <system_error>
 
+#include "core/text.hpp"
 #include "mpi/comm.hpp"
 #include "mpi/journal.hpp"
 #include "mpi/running_task.hpp"
@@ -113,6 +115,12 @@ Attempts settle(const AttemptedBuild& build, const std::map<std::string, mpi::Be
 
 std::filesystem::path running_file(const std::filesystem::path& output, int rank) {
   return running_folder(output) / fmt::format("rank-{:05}", rank);
+}
+
+int rank_of_running_file(const std::string& name) {
+  constexpr std::string_view begin = "rank-";
+  if (!name.starts_with(begin)) return -1;
+  return static_cast<int>(core::number_in<std::int64_t>(name.substr(begin.size())).value_or(-1));
 }
 
 std::vector<Attempts> settle_attempts(const std::filesystem::path& output,

@@ -12,6 +12,8 @@ namespace carillon::dataset::run {
 /// File in which a rank notes the task that it runs (mpi/running_task.hpp), in a folder that is
 /// there while a build runs and stays behind when it is killed.
 std::filesystem::path running_file(const std::filesystem::path& output, int rank);
+/// The rank whose file is called so; -1 for another's.
+int rank_of_running_file(const std::string& name);
 
 /// A build whose tasks earlier runs may have tried.
 struct AttemptedBuild {

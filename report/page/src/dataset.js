@@ -164,5 +164,5 @@ function leftOut(number, where, what) {
 function configuration(dataset) {
   return html`<details><summary>Configuration and versions</summary>
     ${table([{ title: "library", value: ([name]) => name }, { title: "version", value: ([, version]) => version }], Object.entries(dataset.versions))}
-    <pre>${dataset.configuration}</pre></details>`;
+    <pre tabindex="0" role="region" aria-label="Configuration">${dataset.configuration}</pre></details>`;
 }

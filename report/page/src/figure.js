@@ -20,6 +20,8 @@ export function figure(draw, { title, caption, source, narrow = false } = {}) {
     const svg = drawn.matches("svg") ? drawn : drawn.querySelector(":scope > svg");
     svg.setAttribute("role", "img");
     svg.setAttribute("aria-label", title ?? "Chart");
+    // Names of marks within a picture are no one's; ARIA has none for groups without a role.
+    for (const group of drawn.querySelectorAll("g[aria-label]")) group.removeAttribute("aria-label");
     return drawn;
   };
   whenSized(box, (width) => box.replaceChildren(safely(() => drawing(width))));

@@ -1,12 +1,14 @@
 import { html } from "htl";
 
 import { accuracySection } from "./accuracy.js";
+import { compareSection } from "./compare.js";
 import { datasetSections } from "./dataset.js";
 import { safely } from "./figure.js";
 import { count } from "./format.js";
 import { gallerySection } from "./gallery.js";
 import { leaderboardSections } from "./leaderboards.js";
 import { learningSections } from "./learning.js";
+import { liveSection } from "./live.js";
 import { nightlySections } from "./nightly.js";
 import { samplesSection } from "./samples.js";
 import { drawEverything } from "./seen.js";
@@ -43,17 +45,17 @@ function header() {
 }
 
 // Sections are {id, title, content()}.
-const sections = [nightlySections, accuracySection, samplesSection, gallerySection, sweepSections, datasetSections, leaderboardSections, learningSections]
+const sections = [liveSection, nightlySections, accuracySection, samplesSection, compareSection, gallerySection, sweepSections, datasetSections, leaderboardSections, learningSections]
   .flatMap((make) => make(report))
   .filter(Boolean);
 
 document.getElementById("page").append(
   header(),
   html`<nav aria-label="Contents"><ul>${sections.map(({ id, title }) => html`<li><a href=${`#${id}`}>${title}</a>`)}</ul></nav>`,
-  ...sections.map(({ id, title, content }) => html`<section id=${id}><h2>${title}</h2>${safely(content)}</section>`),
+  html`<div id="content" tabindex="-1">${sections.map(({ id, title, content }) => html`<section id=${id}><h2>${title}</h2>${safely(content)}</section>`)}</div>`,
 );
 // The address may name a section that was not there when the page was read.
-document.getElementById(location.hash.slice(1))?.scrollIntoView();
+document.getElementById(location.hash.slice(1).split("?")[0])?.scrollIntoView();
 
 // Paper shows what is folded away.
 let folded = [];

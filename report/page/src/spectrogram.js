@@ -6,22 +6,32 @@ import { number } from "./format.js";
 // Power spectrogram of a clip as a picture with its scales: time across, frequency up on a
 // logarithmic scale, 80 dB of magma. Windows of 1,024 values (Hann), a quarter apart.
 const size = 1024;
-const range = 80;
-const lowest = 60;
+export const range = 80;
+export const lowest = 60;
 
 export function spectrogram(samples, sampleRate, width, height) {
   const seconds = samples.length / sampleRate;
-  const octaves = Math.log2(sampleRate / 2 / lowest);
-  const up = (hertz) => `bottom: ${(100 * Math.log2(hertz / lowest)) / octaves}%`;
-  const step = [0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 60].find((each) => seconds / each < 6) ?? seconds / 4;
+  const step = timeStep(seconds);
   const times = Array.from({ length: Math.floor(seconds / step) + 1 }, (_, i) => i * step);
-  const tones = [100, 300, 1000, 3000, 10000].filter((hertz) => hertz < 0.45 * sampleRate);
   return html`<div class="scales" aria-hidden="true">
     ${drawing(samples, sampleRate, width, height)}
-    ${tones.map((hertz) => html`<span class="tone" style=${up(hertz)}>${hertz < 1000 ? `${hertz}` : `${hertz / 1000}k`}</span>`)}
+    ${toneLabels(sampleRate)}
     <span class="unit">Hz</span>
     ${times.map((time, i) => html`<span class="time" style=${`left: ${(100 * time) / seconds}%`}>${i === 0 ? "0 s" : number(time, 2)}</span>`)}
   </div>`;
+}
+
+// Between labels of an axis of time [s].
+export function timeStep(seconds) {
+  return [0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 60].find((each) => seconds / each < 6) ?? seconds / 4;
+}
+
+// Where tones are on the axis of frequency.
+export function toneLabels(sampleRate) {
+  const octaves = Math.log2(sampleRate / 2 / lowest);
+  const up = (hertz) => `bottom: ${(100 * Math.log2(hertz / lowest)) / octaves}%`;
+  const tones = [100, 300, 1000, 3000, 10000].filter((hertz) => hertz < 0.45 * sampleRate);
+  return tones.map((hertz) => html`<span class="tone" style=${up(hertz)}>${hertz < 1000 ? `${hertz}` : `${hertz / 1000}k`}</span>`);
 }
 
 function drawing(samples, sampleRate, width, height) {
@@ -84,7 +94,7 @@ function powers(samples) {
 // Points of the magma colour map (matplotlib, CC0), straight lines between.
 const points = [[0, 0, 4], [28, 16, 68], [79, 18, 123], [129, 37, 129], [181, 54, 122], [229, 80, 100], [251, 135, 97], [254, 194, 135], [252, 253, 191]];
 
-function magma(share) {
+export function magma(share) {
   const place = share * (points.length - 1);
   const low = Math.min(Math.floor(place), points.length - 2);
   const part = place - low;
