@@ -36,7 +36,7 @@ report::service::StruckInScene strike_shape(const std::string& shape,
   object.mesh = shape;
   object.material = given.text("material", "");
   object.tune = given.text("tune", "");
-  object.max_modes = static_cast<int>(given.number("max_modes", object.max_modes, 1, 2000));
+  object.max_modes = static_cast<int>(given.count("max_modes", object.max_modes, 1, 2000));
   std::vector<std::string> keys;
   for (const char* key : {"impulse", "contact_time"}) {
     const std::string value = given.text(key, "");

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <cstddef>
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <string>
@@ -37,6 +39,19 @@ class Options {
                                          name, value, low, high));
     }
     return *number;
+  }
+  /// A whole one.
+  std::size_t count(const std::string& name, std::size_t fallback, std::size_t low,
+                    std::size_t high) {
+    const std::string value = text(name, "");
+    if (value.empty()) return fallback;
+    const std::optional<std::int64_t> number = core::number_in<std::int64_t>(value);
+    if (!number || *number < static_cast<std::int64_t>(low) ||
+        *number > static_cast<std::int64_t>(high)) {
+      throw core::InputError(fmt::format(
+          "{} is \"{}\", and a whole number from {} to {} is wanted", name, value, low, high));
+    }
+    return static_cast<std::size_t>(*number);
   }
   /// @throws InputError  there is one more
   void finish() const {

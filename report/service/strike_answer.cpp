@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <cstdint>
+#include <limits>
+
 #include "core/audio.hpp"
 #include "core/error.hpp"
 #include "core/files.hpp"
@@ -60,7 +63,7 @@ HttpReply StrikeAnswer::operator()(const HttpRequest& request) {
     if (!(direction->norm() > 0)) throw core::InputError("direction has no length");
     strike.known.direction = direction->normalized();
   }
-  strike.seed = static_cast<std::uint64_t>(options.number("seed", 1, 0, 9e15));
+  strike.seed = options.count("seed", 1, 0, std::numeric_limits<std::int64_t>::max());
   if (object.empty()) {
     throw core::InputError("the query has no object",
                            "?object=bowl-003/glass/1 of a dataset, or ?object=bell&material=bronze");

@@ -14,7 +14,7 @@ namespace carillon::report::service {
 
 namespace {
 
-constexpr double usual_count = 4, max_count = 12;
+constexpr std::size_t usual_count = 4, max_count = 12;
 /// Of one sample with its picture, in the reply.
 constexpr std::size_t sample_bytes = 400'000;
 
@@ -23,7 +23,7 @@ constexpr std::size_t sample_bytes = 400'000;
 HttpReply newest_reply(const HttpRequest& request, const std::vector<std::string>& folders) {
   Options options(request);
   const std::string folder = options.text("folder", "");
-  const auto count = static_cast<std::size_t>(options.number("count", usual_count, 1, max_count));
+  const std::size_t count = options.count("count", usual_count, 1, max_count);
   options.finish();
   const auto datasets = find_report_folders(folders, /*may_be_empty=*/true).datasets;
   if (std::find(datasets.begin(), datasets.end(), folder) == datasets.end()) {

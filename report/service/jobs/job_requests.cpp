@@ -70,7 +70,7 @@ JobRequest command_job(const HttpRequest& request, const JobPlaces& places) {
   Options options(request);
   JobRequest job;
   job.command = one_of("command", options.text("command", "build"), {"build", "train", "evaluate"});
-  job.ranks = static_cast<int>(options.number("ranks", places.ranks, 1, places.ranks));
+  job.ranks = static_cast<int>(options.count("ranks", places.ranks, 1, places.ranks));
   const std::string dataset = options.text("dataset", "");
   options.finish();
   const std::string& configuration = body_of(request, "configuration");
