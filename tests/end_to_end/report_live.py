@@ -91,7 +91,7 @@ class Live(FolderTest):
         self.js("window.read = 'before'")
 
     def kill(self, process):
-        for pid in descendants(process.pid):
+        for pid in descendants(process.pid) if process.poll() is None else []:
             with contextlib.suppress(ProcessLookupError):
                 os.kill(pid, signal.SIGKILL)
         process.communicate()
