@@ -52,15 +52,19 @@ def start():
     return driver
 
 
-def show(driver, page, width=1280, height=900, dark=False):
-    """Opens a page anew, a file's or an address, as wide as a screen or a telephone's; what was logged before
-    is forgotten."""
-    driver.get_log("browser"), driver.get_log("performance")
+def screen(driver, width=1280, height=900, dark=False):
+    """As wide as a screen or a telephone's."""
     driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride",
                            {"width": width, "height": height, "deviceScaleFactor": 1,
                             "mobile": width < 600})
     scheme = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
     driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [scheme]})
+
+
+def show(driver, page, width=1280, height=900, dark=False):
+    """Opens a page anew, a file's or an address, on such a screen; what was logged before is forgotten."""
+    driver.get_log("browser"), driver.get_log("performance")
+    screen(driver, width, height, dark)
     driver.get(page if isinstance(page, str) else page.resolve().as_uri())
     return driver
 

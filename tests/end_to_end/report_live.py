@@ -18,7 +18,7 @@ import wave
 
 import h5py
 import numpy
-from browser import expect_access, needs_browser, show, start, there
+from browser import expect_access, needs_browser, screen, show, start, there
 from interrupted import descendants, wait_for
 from program import CARILLON, NO_PICTURES, TIMEOUT_FACTOR, FolderTest, run
 from server import Server
@@ -81,8 +81,7 @@ class Live(FolderTest):
              "-o", self.served / name, "--set", f"name={name}"],
             stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env={**os.environ, "CARILLON_MESH": str(mesher)})
         self.addCleanup(shutil.rmtree, self.served / name, ignore_errors=True)
-        self.addCleanup(process.communicate)
-        self.addCleanup(process.kill)
+        self.addCleanup(self.kill, process)
         self.addCleanup(gate.unlink, missing_ok=True)
         return process, gate
 
@@ -90,6 +89,12 @@ class Live(FolderTest):
         show(self.driver, (server or self.server).url, **options)
         self.assertTrue(wait_for(lambda: "No build is under way" in self.js("return document.querySelector('#live').innerText"), 30))
         self.js("window.read = 'before'")
+
+    def kill(self, process):
+        for pid in descendants(process.pid) if process.poll() is None else []:
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(pid, signal.SIGKILL)
+        process.communicate()
 
     def has_half(self, name):
         status = self.served / name / "status.json"
@@ -148,9 +153,9 @@ class Live(FolderTest):
         self.assertEqual(self.js(asked), times)
         self.assertGreaterEqual(min([b - a for a, b in zip(times, times[1:])] + [1e9]), 1000)
         for width in (1280, 390):
-            self.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", {
-                "width": width, "height": 900, "deviceScaleFactor": 1, "mobile": width < 600})
-            expect_access(self, self.driver, width)
+            for dark in (False, True):
+                screen(self.driver, width, dark=dark)
+                expect_access(self, self.driver, width)
         gate.unlink()
         process.communicate(timeout=60 * TIMEOUT_FACTOR)
         self.expect_said("begins", "It is done after")
@@ -168,10 +173,7 @@ class Live(FolderTest):
         process, _ = self.build("killed")
         self.expect_said("killed", "running")
         self.assertTrue(wait_for(lambda: self.has_half("killed"), 60))
-        for pid in descendants(process.pid):
-            with contextlib.suppress(ProcessLookupError):
-                os.kill(pid, signal.SIGKILL)
-        process.communicate()
+        self.kill(process)
         self.expect_said("killed", "There is no word since", 60)
         self.assertIn("the build was killed", self.said("killed"))
         shutil.rmtree(self.served / "killed")
