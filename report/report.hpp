@@ -25,7 +25,8 @@ struct ReportFolders {
 ReportFolders find_report_folders(const std::vector<std::string>& folders);
 
 /// What was built and how long it took: objects, stages, effects, ranks, failures, configuration.
-/// Made of the folder's own files; nothing is computed again.
+/// Made of the folder's own files; nothing is computed again. `worst_modes`: those with the largest
+/// estimated errors, the largest first; `pitch_target_cents` of the build, or null.
 /// @param rows  of objects, tasks, failures and warnings each, at the most: those that took
 /// longest,
 ///              the first failures; `objects`, `tasks_run`, `failed` and `warned` count all
@@ -46,8 +47,9 @@ void require_shards(const std::filesystem::path& folder);
 /// share of the bytes; of a longer clip its beginning is taken, of many listeners the first two.
 nlohmann::ordered_json heard_samples(const std::filesystem::path& folder, ReportShare share);
 
-/// `objects`: objects of a dataset, each in one of its materials and sizes: surface and modes, as
-/// displacements along the normal, the lowest ones as far as they fit, and what damps them.
+/// `objects`: objects of a dataset, each in one of its materials and sizes: surface, looks of its
+/// parts, and modes with their errors, as displacements along the normal, the lowest ones as far as
+/// they fit (of a few, displacements in the room), and what damps them.
 /// `left_out`: how many objects are not among them, by reason; `bytes`: of the share, those used.
 /// @param notes  of what could not be read
 nlohmann::ordered_json gallery_objects(const dataset::stored::StoredDataset& dataset,

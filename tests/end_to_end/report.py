@@ -4,7 +4,6 @@ objects struck in the page sound as the dataset does."""
 import base64
 import io
 import json
-import re
 import shutil
 import unittest
 import wave
@@ -14,6 +13,7 @@ import numpy
 from browser import expect_whole, needs_browser, show, start, there
 from program import FolderTest, run, run_json
 from report_gallery import OWN, SLACK, Gallery
+from report_views import Views, report_of
 
 CONFIG = """
 name: small
@@ -63,7 +63,7 @@ def samples_of(text):
         return frames.reshape(-1, clip.getnchannels()).T / 32768, clip.getframerate()
 
 
-class Report(FolderTest, Gallery):
+class Report(FolderTest, Gallery, Views):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
@@ -85,9 +85,7 @@ class Report(FolderTest, Gallery):
         (cls.folder / "small" / "warnings.json").write_text(json.dumps(warnings))
         cls.told = run_json("report", "small", "study", "-o", "report.html", cwd=cls.folder)
         cls.page = cls.folder / "report.html"
-        text = cls.page.read_text()
-        cls.report = json.loads(re.search(
-            r'<script type="application/json" id="report">(.*?)</script>', text, re.S).group(1))
+        cls.report = report_of(cls.page)
         cls.index = h5py.File(cls.folder / "small" / "index.h5")
         cls.driver = start() if there() else None
 
@@ -148,9 +146,7 @@ class Report(FolderTest, Gallery):
         self.assertIn("3 of 43 datasets are left out, after many/39", told["notes"][0])
         self.assertEqual(told["datasets"], 40)
         self.assertLess(told["bytes"], 15e6)
-        page = (self.folder / "many.html").read_text()
-        datasets = json.loads(re.search(
-            r'<script type="application/json" id="report">(.*?)</script>', page, re.S)[1])["datasets"]
+        datasets = report_of(self.folder / "many.html")["datasets"]
         self.assertEqual([len(d["heard"]) for d in datasets], 40 * [1])
         self.assertEqual(datasets[1]["tasks_run"], 9000)
         self.assertEqual([t["seconds"] for t in datasets[1]["tasks"]],
