@@ -13,6 +13,7 @@ import numpy
 from browser import expect_whole, needs_browser, show, start, there
 from program import FolderTest, run, run_json
 from report_gallery import OWN, SLACK, Gallery
+from report_sections import Sections
 from report_views import Views, report_of
 
 CONFIG = """
@@ -63,7 +64,7 @@ def samples_of(text):
         return frames.reshape(-1, clip.getnchannels()).T / 32768, clip.getframerate()
 
 
-class Report(FolderTest, Gallery, Views):
+class Report(FolderTest, Gallery, Views, Sections):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
@@ -264,7 +265,7 @@ class Report(FolderTest, Gallery, Views):
         for width in (1280, 390):
             for dark in (False, True):
                 driver = self.open(width, dark)
-                self.assertGreaterEqual(expect_whole(self, driver, width), 8)
+                self.assertGreaterEqual(expect_whole(self, driver, width), 7)
 
     @needs_browser
     def test_paper_has_what_is_folded_away_and_not_yet_seen(self):
