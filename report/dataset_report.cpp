@@ -1,18 +1,11 @@
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <functional>
-#include <limits>
 #include <map>
 
-#include "core/error.hpp"
 #include "core/files.hpp"
-#include "core/hdf5.hpp"
 #include "core/json.hpp"
-#include "core/numbers.hpp"
 #include "dataset/plan/task_times.hpp"
-#include "dataset/samples/modes_task.hpp"
-#include "dataset/samples/shape_modes.hpp"
+#include "report/detail/shape_row.hpp"
 #include "report/report.hpp"
 #include "scene/scene.hpp"
 
@@ -22,6 +15,8 @@ using nlohmann::json;
 using nlohmann::ordered_json;
 
 namespace {
+
+constexpr std::size_t worst_modes = 20;
 
 /// A document that may not be there, or not whole: a build may be running.
 json read_if_there(const std::filesystem::path& path, const json& otherwise) {
@@ -39,29 +34,6 @@ std::map<std::string, double> modes_seconds(const json& trace) {
   return seconds;
 }
 
-/// What the object's modes files say: of several sets, the worst.
-void add_modes(const std::filesystem::path& path, ordered_json& shape) {
-  double complete_to = std::numeric_limits<double>::infinity(), unknowns = 0;
-  std::uint64_t modes = 0;
-  const core::Hdf5Group file = core::Hdf5Group::open_file(path);
-  for (const std::string& name : file.names()) {
-    if (!name.starts_with("set-")) continue;
-    const core::Hdf5Group set = file.open_group(name);
-    const core::Hdf5Group certificate = set.open_group("certificate");
-    complete_to = std::min(complete_to, certificate.number_attribute("complete_to_hz"));
-    unknowns = std::max(unknowns, certificate.number_attribute("unknowns"));
-    modes = std::max(modes, set.extent("eigenvalues").front());
-    shape["order"] = static_cast<int>(set.open_group("surface").number_attribute("order"));
-  }
-  shape["modes"] = modes;
-  shape["complete_to_hz"] = complete_to;
-  shape["unknowns"] = unknowns;
-  const auto errors = dataset::samples::read_pitch_errors(file);
-  if (errors.empty()) return;
-  shape["pitch_error_cents"] = *std::max_element(errors.begin(), errors.end());
-  shape["median_pitch_error_cents"] = core::median(errors);
-}
-
 /// Those of which `seconds` is largest, in the order that they have.
 template <class Row>
 std::vector<const Row*> longest(const std::vector<Row>& all, std::size_t rows,
@@ -77,41 +49,27 @@ std::vector<const Row*> longest(const std::vector<Row>& all, std::size_t rows,
   return chosen;
 }
 
-ordered_json describe_shapes(const dataset::stored::StoredDataset& dataset, const json& trace,
-                             std::size_t rows) {
+void add_shapes(const dataset::stored::StoredDataset& dataset, const json& trace, std::size_t rows,
+                ordered_json& report) {
   const std::map<std::string, double> seconds = modes_seconds(trace);
-  const dataset::samples::BuildFolders folders{dataset.folder, {}};
-  ordered_json shapes = ordered_json::array();
   const auto seconds_of = [&](const dataset::plan::Shape& shape) {
     const auto found = seconds.find(shape.id);
-    return found == seconds.end() ? 0.0 : found->second;
+    return found == seconds.end() ? json() : json(found->second);
   };
-  for (const dataset::plan::Shape* one :
-       longest<dataset::plan::Shape>(dataset.build.plan.shapes, rows, seconds_of)) {
-    const dataset::plan::Shape& shape = *one;
-    ordered_json entry = {{"id", shape.id},
-                          {"family", shape.family},
-                          {"split", shape.split_shape},
-                          {"variants", shape.variants.size()},
-                          {"modes", nullptr},
-                          {"complete_to_hz", nullptr},
-                          {"pitch_error_cents", nullptr},
-                          {"median_pitch_error_cents", nullptr},
-                          {"order", nullptr},
-                          {"unknowns", nullptr},
-                          {"seconds", nullptr}};
-    if (const auto found = seconds.find(shape.id); found != seconds.end()) {
-      entry["seconds"] = found->second;
-    }
-    const std::filesystem::path path = folders.modes_file(shape);
-    try {
-      if (std::filesystem::is_regular_file(path)) add_modes(path, entry);
-    } catch (const core::Error& error) {
-      entry["failure"] = error.message();
-    }
-    shapes.push_back(std::move(entry));
+  std::vector<ModeError> errors;
+  report["shapes"] = ordered_json::array();
+  for (const dataset::plan::Shape* shape : longest<dataset::plan::Shape>(
+           dataset.build.plan.shapes, rows, [&](const dataset::plan::Shape& one) {
+             const json known = seconds_of(one);
+             return known.is_null() ? 0.0 : known.get<double>();
+           })) {
+    report["shapes"].push_back(shape_row(dataset, *shape, seconds_of(*shape), errors));
+    keep_worst(errors, worst_modes);
   }
-  return shapes;
+  report["pitch_target_cents"] =
+      dataset.build.config.pitch_cents > 0 ? json(dataset.build.config.pitch_cents) : json();
+  report["worst_modes"] = ordered_json::array();
+  for (const ModeError& error : errors) report["worst_modes"].push_back(to_json(error));
 }
 
 /// Every effect as the build decided it, with what the trace counted.
@@ -183,13 +141,13 @@ ordered_json dataset_report(const dataset::stored::StoredDataset& dataset, std::
                          {"configuration", dataset.configuration},
                          {"versions", said.at("versions")},
                          {"objects", dataset.build.plan.shapes.size()},
-                         {"shapes", describe_shapes(dataset, trace, rows)},
                          {"stages", trace.value("stages", json::object())},
                          {"effects", describe_effects_run(dataset, trace)},
                          {"ranks", trace.value("ranks", json::array())},
                          {"runs", trace.value("runs", json::array())},
                          {"made", last_made(dataset.folder, trace)},
                          {"missed_pitch_targets", trace.value("missed_pitch_targets", json())}};
+  add_shapes(dataset, trace, rows, report);
   add_tasks(trace, rows, report);
   add_failures(dataset.folder, rows, report);
   return report;

@@ -61,6 +61,29 @@ void add_gains(const solvers::modes::Modes& modes, const render::ShadingMesh& me
   object["gain_scales"] = scales;
 }
 
+/// Displacements of the lowest modes in the room, x y z at every vertex, mode by mode as shares of
+/// each mode's largest: for the eye, which 8 bits are enough for.
+void add_shapes(const solvers::modes::Modes& modes, const GallerySkin& skin, ordered_json& object) {
+  std::vector<std::int8_t> shares;
+  std::vector<double> scales;
+  for (std::size_t mode = 0; mode < skin.moving(); ++mode) {
+    const Eigen::VectorXd shape = modes.shapes.of(static_cast<Eigen::Index>(mode));
+    double largest = 0;
+    for (const std::int32_t node : skin.mesh.sources) {
+      largest = std::max(largest, shape.segment<3>(3 * Eigen::Index{node}).norm());
+    }
+    for (const std::int32_t node : skin.mesh.sources) {
+      for (Eigen::Index k = 0; k < 3; ++k) {
+        const double share = largest > 0 ? shape[3 * Eigen::Index{node} + k] / largest : 0;
+        shares.push_back(static_cast<std::int8_t>(std::lround(127 * share)));
+      }
+    }
+    scales.push_back(largest);
+  }
+  object["shapes"] = core::base64(std::span<const std::int8_t>(shares));
+  object["shape_scales"] = scales;
+}
+
 /// Decay rates d [1/s] of each mode when its eigenvalue is multiplied by factors from
 /// 1 / widest_factor to widest_factor, evenly spaced in their logarithm: n x damping_factors,
 /// whatever the law is and of how many regions.
@@ -104,14 +127,42 @@ void add_damping(const solvers::modes::Modes& modes, std::size_t count,
 void add_material(const std::vector<synth::material::Material>& materials, const std::string& name,
                   ordered_json& object) {
   const synth::material::Material& first = materials.front();
-  const render::Appearance appearance = synth::material::appearance_of(first);
   object["material"] = name;
   object["youngs_modulus"] = first.elastic.youngs_modulus;
   object["density"] = first.elastic.density;
-  const Vec3& color = appearance.color;
-  object["appearance"] = {{"color", std::array{color.x(), color.y(), color.z()}},
-                          {"roughness", appearance.roughness},
-                          {"metallic", appearance.metallic}};
+}
+
+/// What its parts look like, each with how many of the faces are its own, and the colours of its
+/// file at the vertices as square roots of linear reflectances: 8 bits tell dark ones apart so.
+void add_looks(const dataset::samples::DrawnLooks& drawn, const GallerySkin& skin,
+               ordered_json& object) {
+  ordered_json& looks = object["looks"] = ordered_json::array();
+  for (std::size_t part = 0; part < skin.parts.size(); ++part) {
+    const render::Appearance& look = part == 0 ? drawn.body : drawn.faces.others[part - 1];
+    looks.push_back({{"color", std::array{look.color.x(), look.color.y(), look.color.z()}},
+                     {"roughness", look.roughness},
+                     {"metallic", look.metallic},
+                     {"transmission", look.transmission},
+                     {"faces", skin.parts[part]}});
+  }
+  if (drawn.body.colours.empty()) return;
+  std::vector<std::uint8_t> colours;
+  for (const std::int32_t node : skin.mesh.sources) {
+    for (const double linear : drawn.body.colours[static_cast<std::size_t>(node)]) {
+      colours.push_back(static_cast<std::uint8_t>(std::lround(255 * std::sqrt(linear))));
+    }
+  }
+  object["colours"] = core::base64(std::span<const std::uint8_t>(colours));
+}
+
+/// Looks of the surface's faces, of which each is drawn as several triangles.
+std::vector<std::int32_t> looks_of_faces(const dataset::samples::DrawnLooks& drawn, int order) {
+  const auto pieces = static_cast<std::size_t>(order * order);
+  std::vector<std::int32_t> looks;
+  for (std::size_t i = 0; i < drawn.faces.of_faces.size(); i += pieces) {
+    looks.push_back(drawn.faces.of_faces[i]);
+  }
+  return looks;
 }
 
 void add_surface(const solvers::modes::ModeSurface& surface, const GallerySkin& skin,
@@ -136,31 +187,47 @@ void add_surface(const solvers::modes::ModeSurface& surface, const GallerySkin& 
 }
 
 /// @return null where its surface and some modes take more than `bytes`
-ordered_json object_of(const dataset::plan::Shape& shape, const dataset::plan::Variant& variant,
-                       const solvers::modes::Modes& modes,
-                       const std::vector<synth::material::Material>& materials, double size,
-                       std::size_t bytes) {
+ordered_json object_of(const dataset::plan::Shape& shape,
+                       const dataset::samples::ShapeModes& solved, std::size_t variant,
+                       const solvers::modes::Modes& modes, std::size_t bytes) {
+  const std::vector<synth::material::Material>& materials = solved.materials(variant);
+  const auto drawn = dataset::samples::looks_of(shape, materials, solved.looks(), modes.surface);
   const std::size_t wanted = std::min(modes.size(), max_modes);
-  const GallerySkin skin = skin_that_fits(modes.surface, wanted, bytes);
+  const GallerySkin skin = skin_that_fits(
+      modes.surface, {wanted, bytes, materials.size(), looks_of_faces(drawn, modes.surface.order),
+                      !drawn.body.colours.empty()});
   const std::size_t count = skin.modes;
   if (count < std::min(wanted, min_modes)) return nullptr;
 
-  ordered_json object = {{"name", fmt::format("{}, {}", shape.id, variant.material)},
+  const dataset::plan::Variant& planned = shape.variants[variant];
+  const double size = solved.size(variant);
+  ordered_json object = {{"name", fmt::format("{}, {}", shape.id, planned.material)},
                          {"object", shape.id},
                          {"size", size}};
-  if (variant.tune > 0 || size != 1) {
+  if (planned.tune > 0 || size != 1) {
     object["name"] =
         fmt::format("{}, {} {}", object["name"].get<std::string>(),
-                    variant.tune > 0 ? "tuned to" : "size", dataset::plan::size_name(variant));
+                    planned.tune > 0 ? "tuned to" : "size", dataset::plan::size_name(planned));
   }
-  add_material(materials, variant.material, object);
+  add_material(materials, planned.material, object);
   add_damping(modes, count, materials, object);
+  add_looks(drawn, skin, object);
   object["modes_left_out"] = modes.size() - count;
   object["complete_to_hz"] =
       count < modes.size() ? modes.frequency(count) : modes.certificate.complete_to_hz;
+  object["set"] = solved.set_of(variant);
+  object["modes_below"] = solved.modes_below(variant);
   object["eigenvalues"] = core::base64(std::span(modes.eigenvalues).first(count));
+  object["pitch_errors"] = nullptr;
+  if (!modes.pitch_errors.empty()) {
+    const std::vector<float> errors(
+        modes.pitch_errors.begin(),
+        modes.pitch_errors.begin() + static_cast<std::ptrdiff_t>(count));
+    object["pitch_errors"] = core::base64(std::span<const float>(errors));
+  }
   add_surface(modes.surface, skin, object);
   add_gains(modes, skin.mesh, count, object);
+  add_shapes(modes, skin, object);
   return object;
 }
 
@@ -190,8 +257,7 @@ ordered_json gallery_objects(const dataset::stored::StoredDataset& dataset, Repo
         ++silent;
         continue;
       }
-      ordered_json object = object_of(shape, shape.variants[v], modes, solved.materials(v),
-                                      solved.size(v), share.bytes / (count - i));
+      ordered_json object = object_of(shape, solved, v, modes, share.bytes / (count - i));
       if (object.is_null()) {
         ++large;
         continue;

@@ -28,7 +28,8 @@ ReportFolders find_report_folders(const std::vector<std::string>& folders,
                                   bool may_be_empty = false);
 
 /// What was built and how long it took: objects, stages, effects, ranks, failures, configuration.
-/// Made of the folder's own files; nothing is computed again.
+/// Made of the folder's own files; nothing is computed again. `worst_modes`: those with the largest
+/// estimated errors, the largest first; `pitch_target_cents` of the build, or null.
 /// @param rows  of objects, tasks, failures and warnings each, at the most: those that took
 /// longest,
 ///              the first failures; `objects`, `tasks_run`, `failed` and `warned` count all
@@ -54,8 +55,9 @@ nlohmann::ordered_json heard_samples(const std::filesystem::path& folder, Report
 /// of a folder without journal.jsonl.
 nlohmann::ordered_json newest_samples(const std::filesystem::path& folder, ReportShare share);
 
-/// `objects`: objects of a dataset, each in one of its materials and sizes: surface and modes, as
-/// displacements along the normal, the lowest ones as far as they fit, and what damps them.
+/// `objects`: objects of a dataset, each in one of its materials and sizes: surface, looks of its
+/// parts, and modes with their errors, as displacements along the normal, the lowest ones as far as
+/// they fit (of a few, displacements in the room), and what damps them.
 /// `left_out`: how many objects are not among them, by reason; `bytes`: of the share, those used.
 /// @param notes  of what could not be read
 nlohmann::ordered_json gallery_objects(const dataset::stored::StoredDataset& dataset,

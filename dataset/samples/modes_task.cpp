@@ -104,6 +104,10 @@ std::filesystem::path BuildFolders::shard_file(const plan::BuildTask& task) cons
   return output / (task.key + ".h5");
 }
 
+double frequency_factor(const VariantModes& variant) {
+  return std::sqrt(variant.modulus / variant.density) / variant.length;
+}
+
 ModeSets group_variants(const std::vector<std::vector<synth::material::Material>>& materials,
                         const std::vector<plan::Variant>& variants,
                         const solvers::modes::Band& band) {

@@ -26,6 +26,9 @@ struct VariantModes {
   double length = 1, modulus = 1, density = 1;  ///< factors for solvers::modes::rescale
 };
 
+/// Frequencies of a variant over those of its set.
+double frequency_factor(const VariantModes& variant);
+
 /// Variants that one mode set serves: equal Poisson's ratios, and equal ratios of moduli and
 /// densities between regions.
 struct ModeSets {

@@ -130,16 +130,23 @@ void write_hulls(const core::Hdf5Group& file, const std::vector<std::vector<Vec3
   file.write_attribute("unit", "m", "hulls/points");
 }
 
+PlacedVariants placed_variants(const configuration::BuildConfig& config, const plan::Shape& shape,
+                               const core::Hdf5Group& file) {
+  const auto regions = file.read<std::string>("regions");
+  PlacedVariants placed;
+  for (const plan::Variant& variant : shape.variants) {
+    placed.materials.push_back(plan::variant_materials(config, shape, variant, regions));
+  }
+  placed.sets = group_variants(placed.materials, sized_variants(shape, file), config.band);
+  return placed;
+}
+
 ShapeModes::ShapeModes(const configuration::BuildConfig& config, const plan::Shape& shape,
                        const BuildFolders& folders)
     : band_(config.band) {
   const core::Hdf5Group file = core::Hdf5Group::open_file(folders.modes_file(shape));
-  const auto regions = file.read<std::string>("regions");
-  for (const plan::Variant& variant : shape.variants) {
-    materials_.push_back(plan::variant_materials(config, shape, variant, regions));
-  }
-  sets_ = group_variants(materials_, sized_variants(shape, file), config.band);
-  for (std::size_t s = 0; s < sets_.requests.size(); ++s) {
+  placed_ = placed_variants(config, shape, file);
+  for (std::size_t s = 0; s < placed_.sets.requests.size(); ++s) {
     solved_.push_back(solvers::modes::read_modes(file.open_group(fmt::format("set-{:03}", s))));
   }
   hulls_ = read_hulls(file);
@@ -147,8 +154,16 @@ ShapeModes::ShapeModes(const configuration::BuildConfig& config, const plan::Sha
   looks_ = read_looks(file);
 }
 
+std::size_t ShapeModes::modes_below(std::size_t variant) const {
+  const double factor = frequency_factor(placed_.sets.variants[variant]);
+  const solvers::modes::Modes& modes = solved_[set_of(variant)];
+  std::size_t below = 0;
+  while (below < modes.size() && factor * modes.frequency(below) < band_.min_frequency) ++below;
+  return below;
+}
+
 solvers::modes::Modes ShapeModes::of(std::size_t variant) const {
-  const VariantModes& scale = sets_.variants[variant];
+  const VariantModes& scale = placed_.sets.variants[variant];
   return solvers::modes::restrict_to(
       solvers::modes::rescale(solved_[scale.set], scale.length, scale.modulus, scale.density),
       band_);

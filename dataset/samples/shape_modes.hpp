@@ -13,6 +13,16 @@ struct ShapeLooks {
   std::vector<std::int32_t> face_regions;  ///< of the surface's faces; empty: all of one region
 };
 
+/// What the variants of a shape are made of, and which mode sets of its file they use.
+struct PlacedVariants {
+  std::vector<std::vector<synth::material::Material>> materials;  ///< of each, one per region
+  ModeSets sets;
+};
+/// @param file  the shape's modes file, of whose modes nothing is read
+/// @throws FileError  it is damaged
+PlacedVariants placed_variants(const configuration::BuildConfig& config, const plan::Shape& shape,
+                               const core::Hdf5Group& file);
+
 /// Modes of a shape in its materials and sizes, from its modes file.
 class ShapeModes {
  public:
@@ -22,10 +32,14 @@ class ShapeModes {
 
   /// Materials of a variant, one per region.
   const std::vector<synth::material::Material>& materials(std::size_t variant) const {
-    return materials_[variant];
+    return placed_.materials[variant];
   }
   /// Factor of a variant's lengths: as planned, or what its pitch led to.
-  double size(std::size_t variant) const { return sets_.variants[variant].length; }
+  double size(std::size_t variant) const { return placed_.sets.variants[variant].length; }
+  /// Number of the set that its modes are of.
+  std::size_t set_of(std::size_t variant) const { return placed_.sets.variants[variant].set; }
+  /// How many modes of that set lie below the configuration's band.
+  std::size_t modes_below(std::size_t variant) const;
   /// Modes of a variant in the configuration's band.
   solvers::modes::Modes of(std::size_t variant) const;
   /// At size 1.
@@ -39,8 +53,7 @@ class ShapeModes {
 
  private:
   solvers::modes::Band band_;
-  std::vector<std::vector<synth::material::Material>> materials_;
-  ModeSets sets_;
+  PlacedVariants placed_;
   std::vector<solvers::modes::Modes> solved_;
   std::vector<std::vector<Vec3>> hulls_;
   std::vector<synth::surface::RegionMoments> moments_;

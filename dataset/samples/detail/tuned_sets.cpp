@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "core/error.hpp"
 #include "scene/tuned_object.hpp"
@@ -13,11 +12,6 @@ namespace carillon::dataset::samples {
 namespace {
 
 using synth::material::Material;
-
-/// Frequencies of a variant over those of its set.
-double frequency_factor(const VariantModes& variant) {
-  return std::sqrt(variant.modulus / variant.density) / variant.length;
-}
 
 /// What scene::untuned_frequency() is asked for a material.
 scene::ObjectRequest first_request(const configuration::BuildConfig& config,

@@ -1,6 +1,7 @@
 import * as Plot from "@observablehq/plot";
 import { html } from "htl";
 
+import { costFigure } from "./cost.js";
 import { base, colors, figure, logScale, safely } from "./figure.js";
 import { number, percent, seconds, source } from "./format.js";
 import { featureFigures, modesFigures, levelsTables, soundFigures } from "./studies.js";
@@ -12,7 +13,7 @@ export function accuracySection(report) {
   const drawn = (documents, make) => documents.flatMap((document) => safely(() => make(document)));
   const figures = [
     ...drawn(report.studies, modesFigures),
-    ...drawn(firstOfName(report.datasets).filter((dataset) => solvedShapes(dataset).length > 0), objectsFigure),
+    ...drawn(firstOfName(report.datasets), (dataset) => costFigure(dataset, { title: `Modes: the objects of ${dataset.name}`, narrow: true })),
     ...drawn(report.studies, soundFigures),
     ...drawn(report.studies, featureFigures),
     ...drawn(report.damping, fitFigures),
@@ -64,47 +65,9 @@ function missing(report) {
   return html`<p class="note">Not measured in the folders shown here: ${gaps.map(([, what, command], i) => html`${i > 0 ? "; " : ""}${what} (<code>${command}</code>)`)}.</p>`;
 }
 
-function solvedShapes(dataset) {
-  return dataset.shapes.filter((shape) => shape.pitch_error_cents > 0 && shape.seconds > 0);
-}
-
 // Of a sweep's variants, whose objects are mostly the same, the first.
 function firstOfName(datasets) {
   return datasets.filter((dataset, i) => datasets.findIndex((other) => other.name === dataset.name) === i);
-}
-
-// Of a dataset's own objects: estimates, as no reference is solved in a build.
-function objectsFigure(dataset) {
-  const rows = solvedShapes(dataset);
-  const families = [...new Set(rows.map((row) => row.family))];
-  const told = families.length <= colors.length;
-  return figure(
-    (width) =>
-      Plot.plot(
-        base(width, {
-          height: 260,
-          x: logScale(rows.map((row) => row.seconds), "seconds of the object's modes", (value) => number(value)),
-          y: logScale(rows.map((row) => row.pitch_error_cents), "worst mode, estimated [cents]", (value) => number(value)),
-          color: { domain: families, range: colors, legend: told },
-          marks: [
-            Plot.dot(rows, {
-              x: "seconds",
-              y: "pitch_error_cents",
-              stroke: told ? "family" : colors[0],
-              r: 4,
-              tip: true,
-              title: (row) => `${row.id}\n${number(row.pitch_error_cents)} cents, ${seconds(row.seconds)}\norder ${row.order}, ${number(row.unknowns, 6)} unknowns`,
-            }),
-          ],
-        }),
-      ),
-    {
-      narrow: true,
-      title: `Modes: the objects of ${dataset.name}`,
-      caption: `Each object at the setting of the build${told ? "" : ", its name at the pointer"}. Objects whose modes came from the cache took no time for them.`,
-      source: source(dataset.made, `${dataset.folder}/trace.json and modes/`),
-    },
-  );
 }
 
 // A sound's features cost the time of a fit; the fit itself is a few milliseconds.

@@ -1,28 +1,31 @@
 import * as Plot from "@observablehq/plot";
 import { html } from "htl";
 
+import { costFigure } from "./cost.js";
 import { base, colors, figure } from "./figure.js";
 import { bytes, count, hertz, number, seconds, source } from "./format.js";
+import { galleryLink } from "./gallery.js";
+import "./paper.js";
 import { ranksOf } from "./ranks.js";
 import { table } from "./table.js";
 
-export function datasetSections({ datasets }) {
+export function datasetSections({ datasets, gallery }) {
   return datasets.map((dataset, index) => ({
     id: `dataset-${index}`,
     title: datasets.length > 1 ? `What was built: ${dataset.label}` : "What was built",
-    content: () => datasetContent(dataset, index, datasets.length > 3),
+    content: () => datasetContent(dataset, gallery, index, datasets.length > 3),
   }));
 }
 
-function datasetContent(dataset, index, folded) {
+function datasetContent(dataset, gallery, index, folded) {
   const parts = html`<div>
     ${summary(dataset)}
-    ${failures(dataset, index)}
+    ${failures(dataset, gallery, index)}
     ${warnings(dataset)}
-    ${stages(dataset)}
-    ${effects(dataset)}
+    ${worstModes(dataset, gallery)}
+    ${costFigure(dataset, { title: "What accuracy cost in time" }) ?? ""}
     ${objects(dataset)}
-    ${ranksOf(dataset)}
+    ${making(dataset)}
     ${configuration(dataset)}
   </div>`;
   return folded ? html`<details open=${index === 0 || dataset.failed > 0}><summary>${summaryLine(dataset)}</summary>${parts}</details>` : parts;
@@ -56,19 +59,47 @@ function wallSeconds({ runs }) {
   return there.length > 0 ? there.reduce((sum, one) => sum + one, 0) : undefined;
 }
 
-function failures(dataset, index) {
+// Those that cost most other tasks first.
+function failures(dataset, gallery, index) {
   if (dataset.failed === 0) return html`<p id=${`failures-${index}`} class="good">No task failed.</p>`;
+  const lost = (failure) => (failure.skipped ?? []).length;
   return html`<div id=${`failures-${index}`}><h3>What failed</h3>
     ${table(
       [
-        { title: "task", value: (f) => f.task, text: (f) => html`<code>${f.task}</code>` },
+        { title: "task", value: (f) => f.task, text: (f) => galleryLink(gallery, { object: objectOf(f.task) }, html`<code>${f.task}</code>`) },
         { title: "stage", value: (f) => f.stage ?? "" },
         { title: "reason", value: (f) => f.message, text: (f) => html`${f.message}${f.hint ? html`<br><em>${f.hint}</em>` : ""}` },
-        { title: "left out with it", number: true, value: (f) => (f.skipped ?? []).length },
+        { title: "left out with it", number: true, value: lost },
         { title: "again", value: (f) => f.reproduce ?? "", text: (f) => html`<code>${f.reproduce ?? ""}</code>` },
       ],
-      dataset.failures,
+      [...dataset.failures].sort((a, b) => lost(b) - lost(a)),
+      { caption: "Failed tasks, those with the most left out first" },
     )}${leftOut(dataset.failed - dataset.failures.length, "failures.json has", "more")}</div>`;
+}
+
+// Of modes/ID and samples/ID-NNNN.
+function objectOf(task) {
+  return task.replace(/^modes\//, "").replace(/^samples\/(.*)-\d+$/, "$1");
+}
+
+function worstModes(dataset, gallery) {
+  if (dataset.worst_modes.length === 0) return "";
+  const unseen = dataset.objects - dataset.shapes.length;
+  return html`<h3>Where pitch is known least</h3>
+    ${table(
+      [
+        { title: "object", value: (m) => m.object, text: (m) => galleryLink(gallery, m, m.object) },
+        { title: "mode", number: true, value: (m) => m.mode },
+        { title: "error (estimated)", number: true, value: (m) => m.cents, text: (m) => `± ${number(m.cents, 3)} cents` },
+        { title: "frequency", number: true, value: (m) => m.hertz, text: (m) => hertz(m.hertz) },
+        { title: "material", value: (m) => m.material },
+        { title: "size", number: true, value: (m) => m.size, text: (m) => `× ${number(m.size, 4)}` },
+      ],
+      dataset.worst_modes,
+      { caption: `The ${dataset.worst_modes.length} modes with the largest error bars, the worst first` },
+    )}
+    <p class="source">Objects of several materials or sizes by the first one that has the mode.${unseen > 0 ? ` Of the ${dataset.shapes.length} objects that took longest; ${unseen} more were not looked at.` : ""}
+      ${source(dataset.made, `${dataset.folder}/modes/`)}</p>`;
 }
 
 function warnings(dataset) {
@@ -80,7 +111,14 @@ function warnings(dataset) {
         { title: "warning", value: (w) => w.message },
       ],
       dataset.warnings,
+      { caption: "Warnings" },
     )}${leftOut(dataset.warned - dataset.warnings.length, "warnings.json has", "more")}</div>`;
+}
+
+// Small print: where the time went.
+function making(dataset) {
+  const parts = [stages(dataset), effects(dataset), ranksOf(dataset)].filter(Boolean);
+  return parts.length === 0 ? "" : html`<details class="small-print"><summary>Where the time went: stages, effects and ranks</summary>${parts}</details>`;
 }
 
 function stages(dataset) {
@@ -127,15 +165,17 @@ function effects(dataset) {
         { title: "why it runs", value: (e) => e.reason },
       ],
       on,
+      { caption: "Effects that ran" },
     )}
     <p class="source">${source(dataset.made, `${dataset.folder}/trace.json`)}</p>
     <details><summary>${count(off.length, "effect")} that nothing calls for did not run: trace.json has no call of ${off.length === 1 ? "it" : "them"}</summary>
-    ${table([{ title: "effect", value: (e) => e.name }, { title: "calls", number: true, value: (e) => e.calls }, { title: "why not", value: (e) => e.reason }], off)}
+    ${table([{ title: "effect", value: (e) => e.name }, { title: "calls", number: true, value: (e) => e.calls }, { title: "why not", value: (e) => e.reason }], off, { caption: "Effects that did not run" })}
     </details>`;
 }
 
 function objects(dataset) {
-  return html`<h3>Objects</h3>
+  const worst = (shape) => (shape.failure ? Infinity : shape.pitch_error_cents ?? -1);
+  return html`<details class="small-print"><summary>${count(dataset.shapes.length, "object")}, the largest error bar first</summary>
     ${table(
       [
         { title: "object", value: (s) => s.id },
@@ -151,10 +191,10 @@ function objects(dataset) {
         { title: "time", number: true, value: (s) => s.seconds, text: (s) => seconds(s.seconds) },
         ...(dataset.shapes.some((s) => s.failure) ? [{ title: "cannot be read", value: (s) => s.failure ?? "" }] : []),
       ],
-      dataset.shapes,
-      { max: 100 },
+      [...dataset.shapes].sort((a, b) => worst(b) - worst(a) || 0),
+      { caption: "Objects", max: 100 },
     )}${leftOut(dataset.objects - dataset.shapes.length, "modes/ has", "more, which took less time")}
-    <p class="source">${source(dataset.made, `${dataset.folder}/modes/ and trace.json`)}</p>`;
+    <p class="source">${source(dataset.made, `${dataset.folder}/modes/ and trace.json`)}</p></details>`;
 }
 
 function leftOut(number, where, what) {
@@ -162,7 +202,7 @@ function leftOut(number, where, what) {
 }
 
 function configuration(dataset) {
-  return html`<details><summary>Configuration and versions</summary>
-    ${table([{ title: "library", value: ([name]) => name }, { title: "version", value: ([, version]) => version }], Object.entries(dataset.versions))}
-    <pre tabindex="0" role="region" aria-label="Configuration">${dataset.configuration}</pre></details>`;
+  return html`<details class="small-print"><summary>Configuration and versions</summary>
+    ${table([{ title: "library", value: ([name]) => name }, { title: "version", value: ([, version]) => version }], Object.entries(dataset.versions), { caption: "Versions" })}
+    <pre tabindex="0" role="region" aria-label=${`Configuration of ${dataset.label}`}>${dataset.configuration}</pre></details>`;
 }

@@ -1,13 +1,9 @@
-import * as Plot from "@observablehq/plot";
 import { html } from "htl";
 
-import { float32s, float64s, int16s, int8s } from "./arrays.js";
-import { base, colors } from "./figure.js";
-import { hertz, number, seconds } from "./format.js";
-import { changed, levels, ring } from "./modal.js";
-import { slider } from "./slider.js";
+import { float32s, float64s, int16s, int8s, uint8s } from "./arrays.js";
+import { Desk } from "./desk.js";
+import { modesTable } from "./matched.js";
 import { surfaceOf } from "./surface.js";
-import { Viewer } from "./viewer.js";
 
 export function gallerySection({ gallery }) {
   if (gallery.objects.length === 0) return null;
@@ -18,13 +14,17 @@ export function gallerySection({ gallery }) {
   };
 }
 
+let shown = null;
+
 function content(gallery) {
-  const desk = new Desk(gallery.objects.map(unpack), gallery.materials);
-  // For programs that drive the page: a strike as numbers, and what it sounds like; the last one heard.
-  window.carillon = { strike: (strike) => desk.strikeAt(strike), heard: () => desk.heard };
+  shown = new Gallery(gallery.objects.map(unpack), gallery.materials);
+  const { desk } = shown;
+  // For programs that drive the page: a strike as numbers, and what it sounds like; the last one heard; where a
+  // vertex is drawn.
+  window.carillon = { strike: (strike) => desk.strikeAt(strike), heard: () => desk.heard, drawn: (vertex) => desk.viewer.drawn(vertex) };
   return html`<p>Click an object to strike it there, against its surface; drag to turn it. Its modes are the dataset's, and what is heard is
       the velocity of the struck point, as <code>carillon strike</code> computes it without a listener, from the modes that are here. Other materials and
-      sizes are exact rescalings of them; Poisson's ratio stays that of the object.${leftOut(gallery)}</p>${desk.element}`;
+      sizes are exact rescalings of them; Poisson's ratio stays that of the object.${leftOut(gallery)}</p>${shown.element}`;
 }
 
 function leftOut({ total, left_out }) {
@@ -33,17 +33,38 @@ function leftOut({ total, left_out }) {
   return ` Of ${total} objects these are not here: ${why.map(([reason, number]) => `${number} ${reason}`).join(", ")}.`;
 }
 
-// An object's arrays. gains: displacement along the normal, mode by mode over the vertices [kg^-1/2].
+// Where an object of a dataset stands in the gallery, and a mode of its modes file: {index, mode}, of which mode
+// is null where it is not here; null where the object is not.
+export function placeInGallery({ objects }, { object, set, in_set }) {
+  const index = objects.findIndex((one) => one.object === object);
+  if (index < 0) return null;
+  const mode = objects[index].set === set ? in_set - objects[index].modes_below : -1;
+  return { index, mode: mode >= 0 && mode < objects[index].gain_scales.length ? mode : null };
+}
+
+// A link to an object in the gallery, and a mode of it.
+export function galleryLink(gallery, where, text) {
+  const place = placeInGallery(gallery, where);
+  if (!place) return text;
+  return html`<a href="#gallery" onclick=${() => shown.show(place)}>${text}</a>`;
+}
+
+// An object's arrays. gain: displacement along the normal, of a mode at a vertex [kg^-1/2]; moving: displacements
+// of the lowest modes, x y z for each vertex, of which 127 is the largest.
 function unpack(object) {
   const scaled = int16s(object.gains);
+  const shapes = int8s(object.shapes);
   const vertices = object.vertices_count;
   return {
     ...object,
     vertices: float32s(object.vertices),
     normals: int8s(object.normals),
+    colours: object.colours && uint8s(object.colours),
     ...surfaceOf(object),
     eigenvalues: float64s(object.eigenvalues),
+    errors: object.pitch_errors && float32s(object.pitch_errors),
     gain: (mode, vertex) => (scaled[mode * vertices + vertex] / 32767) * object.gain_scales[mode],
+    moving: object.shape_scales.map((_, mode) => shapes.subarray(3 * vertices * mode, 3 * vertices * (mode + 1))),
     ownRate: object.damping && tabulated(object.damping),
   };
 }
@@ -62,214 +83,67 @@ function tabulated({ rates, widest_factor }) {
   };
 }
 
-const defaults = { stiffness: 1, density: 1, size: 1, damping: 1, duration: 2e-4, impulse: 0.02 };
-const fadeSeconds = 0.03;
-
-class Desk {
+// One object, or two beside each other.
+class Gallery {
   constructor(objects, materials) {
     this.objects = objects;
     this.materials = materials;
-    this.viewer = new Viewer((hit) => this.strike(hit));
-    this.message = html`<p class="note" aria-live="polite">Not struck yet.</p>`;
-    this.chart = html`<div class="chart"></div>`;
-    this.limit = html`<p class="note"></p>`;
-    this.controls = html`<form class="controls" onsubmit=${(event) => event.preventDefault()}></form>`;
-    this.element = html`<div class="desk">
-      <div>${this.chooser()}${this.viewer.element}<p class="buttons">
-        <button type="button" onclick=${() => this.strike(this.hit ?? this.viewer.anywhere())}>Strike again</button>
-        <button type="button" onclick=${() => this.strike(this.viewer.anywhere())}>Strike anywhere</button>
-        <button type="button" onclick=${() => this.choose(this.index)}>As it was</button></p>
-        ${this.message}</div>
-      <div>${this.controls}${this.chart}${this.limit}</div>
-    </div>`;
-    new ResizeObserver(() => this.hit && this.draw()).observe(this.chart);
-    this.choose(0);
+    this.desk = this.makeDesk("Object", () => this.other);
+    this.desks = html`<div class="desks">${this.desk.element}</div>`;
+    this.button = html`<button type="button" aria-expanded="false">Put a second object beside it</button>`;
+    this.button.onclick = () => this.setBeside(!this.isBeside);
+    this.linked = html`<input type="checkbox" checked>`;
+    this.linked.onchange = () => this.follow(this.desk, this.other);
+    this.by = html`<select><option value="pitch">nearest in pitch</option><option value="number">of equal number</option></select>`;
+    this.by.onchange = () => this.compare();
+    this.table = html`<div></div>`;
+    this.beside = html`<div class="beside" hidden>
+      <div class="controls"><label class="check">${this.linked} Turn both together</label><label>Match modes ${this.by}</label></div>
+      ${this.table}
+      <p class="note">Nearest in pitch: each is the other's nearest. Errors are estimates of each mode's own.</p></div>`;
+    this.element = html`<div>${this.desks}<p class="buttons">${this.button}</p>${this.beside}</div>`;
   }
 
-  chooser() {
-    const select = html`<select aria-label="Object">${this.objects.map((object, i) => html`<option value=${i}>${object.name}</option>`)}</select>`;
-    select.onchange = () => this.choose(Number(select.value));
-    return html`<p>${select}</p>`;
+  makeDesk(name, other) {
+    const desk = new Desk(this.objects, this.materials, { name, told: () => this.compare(), turned: () => this.follow(desk, other()) });
+    return desk;
   }
 
-  choose(index) {
-    this.index = index;
-    this.object = this.objects[index];
-    const [alpha1, alpha2] = this.object.rayleigh ?? [];
-    this.state = { ...defaults, alpha1, alpha2 };
-    this.hit = null;
-    this.volume = null;
-    this.viewer.show(this.object);
-    this.fillControls();
-    this.chart.replaceChildren(html`<p class="note">Its modes are drawn here once it is struck.</p>`);
-    this.message.textContent = `${this.object.name}: ${this.object.eigenvalues.length} modes from ${hertz(Math.sqrt(this.object.eigenvalues[0]) / 2 / Math.PI)}. Not struck yet.`;
-    this.tellLimit();
-  }
-
-  // Factor of all eigenvalues, by the settings.
-  factor() {
-    return this.state.stiffness / (this.state.density * this.state.size ** 2);
-  }
-
-  // Up to where what is heard has every mode, by the settings [Hz].
-  completeTo() {
-    return this.object.complete_to_hz * Math.sqrt(this.factor());
-  }
-
-  tellLimit() {
-    const { modes_left_out: left, damping } = this.object;
-    this.limit.textContent = `No mode is missing up to ${hertz(this.completeTo())}${left > 0 ? `; ${left} higher ones of the dataset are left out for the size of this page` : ""}.${
-      this.state.alpha1 === undefined ? ` Damping: ${damping.law}.` : ""}`;
-  }
-
-  fillControls() {
-    const put = (key, label, low, high, format) =>
-      slider({ label, low, high, value: this.state[key], format, changed: (value) => this.set({ [key]: value }) });
-    const isRayleigh = this.state.alpha1 !== undefined;
-    this.controls.replaceChildren(
-      ...[
-        this.object.regions === 1 ? this.presets() : "",
-        put("stiffness", "Stiffness", 0.05, 20, (v) => `× ${number(v, 3)}`),
-        put("density", "Density", 0.1, 10, (v) => `× ${number(v, 3)}`),
-        put("size", "Size", 0.25, 4, (v) => `× ${number(v, 3)}`),
-        ...(isRayleigh
-          ? [
-              put("alpha1", "Damping α₁", 0.1, 1000, (v) => `${number(v, 3)} 1/s`),
-              put("alpha2", "Damping α₂", 1e-10, 1e-4, (v) => `${number(v, 2)} s`),
-            ]
-          : [put("damping", "Damping", 0.05, 20, (v) => `× ${number(v, 3)}`)]),
-        put("duration", "Contact time", 2e-5, 1e-2, seconds),
-        put("impulse", "Impulse", 1e-3, 1, (v) => `${number(1000 * v, 3)} mN s`),
-        this.modeChooser(),
-      ].filter(Boolean),
-    );
-  }
-
-  presets() {
-    const select = html`<select><option value="">${this.object.material} (its own)</option>${this.materials.map((material, i) => html`<option value=${i}>${material.name}</option>`)}</select>`;
-    select.onchange = () => {
-      this.set(this.inMaterial(select.value === "" ? null : this.materials[Number(select.value)]));
-      const kept = select.value;
-      this.fillControls();
-      this.controls.querySelector("select").value = kept;
-    };
-    return html`<label>Material ${select}</label>`;
-  }
-
-  // The settings that make the object one of another material, whose damping is Rayleigh's; of
-  // null: its own.
-  inMaterial(material) {
-    const own = this.object;
-    const [alpha1, alpha2] = material?.alphas ?? own.rayleigh ?? [];
-    return {
-      stiffness: material ? material.youngs_modulus / own.youngs_modulus : 1,
-      density: material ? material.density / own.density : 1,
-      damping: 1,
-      alpha1,
-      alpha2,
-    };
-  }
-
-  modeChooser() {
-    const frequencies = Array.from(this.object.eigenvalues, (lambda) => Math.sqrt(lambda) / 2 / Math.PI);
-    const select = html`<select><option value="">none</option>${frequencies.map((hz, i) => html`<option value=${i}>${i + 1}: ${hertz(hz)}</option>`)}</select>`;
-    select.onchange = () => this.viewer.color(select.value === "" ? null : Number(select.value));
-    return html`<label>Show mode ${select}</label>`;
-  }
-
-  // A change is heard at the point struck last.
-  set(values) {
-    Object.assign(this.state, values);
-    this.tellLimit();
-    if (this.hit) this.strike(this.hit);
-  }
-
-  modes() {
-    const { alpha1, alpha2, damping } = this.state;
-    const { ownRate, eigenvalues } = this.object;
-    const factor = this.factor();
-    return changed(this.object, this.state, (lambda, mode) =>
-      alpha1 === undefined ? damping * ownRate(mode, factor, eigenvalues.length) : (alpha1 + alpha2 * lambda) / 2,
-    );
-  }
-
-  gainsAt({ corners, weights }, shape) {
-    return Array.from(this.object.eigenvalues, (_, mode) =>
-      shape * corners.reduce((sum, vertex, i) => sum + weights[i] * this.object.gain(mode, vertex), 0),
-    );
-  }
-
-  strike(hit) {
-    this.hit = hit;
-    this.viewer.mark(hit.position);
-    const audio = (this.audio ??= new AudioContext());
-    audio.resume();
-    const modes = this.modes();
-    const slowest = Math.min(...modes.decay.filter((decay) => decay > 0));
-    const length = Math.min(4, Math.max(0.3, Math.log(1e4) / slowest || 4));
-    const sound = ring(modes, this.gainsAt(hit, modes.shape), this.state, audio.sampleRate, Math.ceil(length * audio.sampleRate));
-    const peak = sound.reduce((most, value) => Math.max(most, Math.abs(value)), 0);
-    // One volume for an object, so that harder strikes are louder; never beyond full scale.
-    this.volume ??= 0.4 / (peak || 1);
-    const volume = Math.min(this.volume, 0.95 / (peak || 1));
-    const fade = Math.min(sound.length, Math.round(0.01 * audio.sampleRate));
-    const buffer = audio.createBuffer(1, sound.length, audio.sampleRate);
-    const channel = buffer.getChannelData(0);
-    for (let i = 0; i < sound.length; ++i) channel[i] = volume * sound[i] * Math.min(1, (sound.length - i) / fade);
-    this.play(audio, buffer);
-    this.heard = { object: this.index, ...this.state, position: hit.position, volume };
-    this.message.textContent = `Struck at (${hit.position.map((x) => number(1000 * this.state.size * x, 3)).join(", ")}) mm: peak ${number(peak, 3)} m/s${volume < this.volume ? ", turned down to full scale" : ""}.`;
-    this.draw();
-  }
-
-  // What rang before fades: together they would go beyond full scale.
-  play(audio, buffer) {
-    if (this.rings) {
-      const { source, gain } = this.rings;
-      gain.gain.setTargetAtTime(0, audio.currentTime, fadeSeconds / 5);
-      source.stop(audio.currentTime + fadeSeconds);
+  // The second object is made when it is first asked for.
+  setBeside(isBeside) {
+    this.isBeside = isBeside;
+    if (isBeside && !this.other) {
+      this.other = this.makeDesk("Second object", () => this.desk);
+      this.other.choose(this.objects.length > 1 ? (this.desk.index + 1) % this.objects.length : 0);
+      this.desks.append(this.other.element);
     }
-    const source = audio.createBufferSource();
-    const gain = audio.createGain();
-    source.buffer = buffer;
-    source.connect(gain).connect(audio.destination);
-    source.start();
-    this.rings = { source, gain };
+    this.desks.classList.toggle("two", isBeside);
+    this.other.element.hidden = !isBeside;
+    if (!isBeside) this.other.swing.pause();
+    this.beside.hidden = !isBeside;
+    this.button.textContent = isBeside ? "Show one object alone" : "Put a second object beside it";
+    this.button.setAttribute("aria-expanded", String(isBeside));
+    this.follow(this.desk, this.other);
+    this.compare();
   }
 
-  draw() {
-    const modes = this.modes();
-    const level = levels(modes, this.gainsAt(this.hit, modes.shape), this.state);
-    const rows = modes.lambda
-      .map((lambda, i) => ({ hertz: Math.sqrt(lambda) / 2 / Math.PI, level: level[i], t60: Math.log(1000) / modes.decay[i] }))
-      .filter((row) => row.level > -80);
-    const width = Math.floor(this.chart.clientWidth) || 320;
-    this.chart.replaceChildren(
-      Plot.plot(
-        base(width, {
-          height: 200,
-          x: { type: "log", label: "frequency [Hz]", labelOffset: 38, tickFormat: (hz) => (hz >= 1000 ? `${hz / 1000}k` : String(hz)), ticks: 5 },
-          y: { label: "level after the strike [dB]", domain: [-80, 0], grid: true },
-          marks: [
-            Plot.ruleX([this.completeTo()].filter((limit) => rows.some((row) => row.hertz > 0.5 * limit)), { strokeDasharray: "4 3", strokeOpacity: 0.6 }),
-            Plot.ruleX(rows, { x: "hertz", y1: -80, y2: "level", stroke: colors[0], strokeWidth: 2 }),
-            Plot.tip(rows, Plot.pointerX({ x: "hertz", y: "level", title: (row) => `${hertz(row.hertz)}\n${number(row.level, 3)} dB\nT60 ${seconds(row.t60)}` })),
-          ],
-        }),
-      ),
-    );
+  follow(turned, other) {
+    if (this.isBeside && this.linked.checked && other) other.viewer.look(turned.viewer.eye());
   }
 
-  // {object, position [m], impulse [N s], duration [s], sampleRate, seconds}: samples [m/s] of the
-  // object struck at its nearest point, as it is or in another material ({youngs_modulus, density,
-  // alphas: Rayleigh's two}) and size (factor; the position is that before it).
-  strikeAt(strike) {
-    this.choose(strike.object);
-    if (strike.material && this.object.regions > 1) throw new Error(`${this.object.name} is of several materials`);
-    if (strike.material) Object.assign(this.state, this.inMaterial(strike.material));
-    this.state.size = strike.size ?? 1;
-    const hit = this.viewer.nearest(strike.position);
-    const modes = this.modes();
-    return Array.from(ring(modes, this.gainsAt(hit, modes.shape), strike, strike.sampleRate, Math.round(strike.seconds * strike.sampleRate)));
+  compare() {
+    if (!this.isBeside || !this.other) return;
+    const { desk, other } = this;
+    // Of one object in two sizes or materials, mode by mode; until the reader chooses otherwise.
+    const chosen = `${desk.index} ${other.index}`;
+    if (this.chosen !== chosen) this.by.value = desk.index === other.index ? "number" : "pitch";
+    this.chosen = chosen;
+    const show = (pair) => [desk, other].forEach(({ swing }, side) => swing.choose(pair[side]));
+    this.table.replaceChildren(modesTable(desk.allFacts(), other.allFacts(), this.by.value === "number", show));
+  }
+
+  show({ index, mode }) {
+    this.desk.choose(index);
+    this.desk.swing.choose(mode);
   }
 }

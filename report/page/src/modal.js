@@ -97,6 +97,12 @@ export function levels(modes, gains, strike) {
   return amplitude.map((value) => 20 * Math.log10(value / loudest));
 }
 
+// Displacement [m] that a mode has right after a strike at a point of that gain, where its shape is 1.
+export function amplitudeAfter({ lambda, decay }, gain, strike) {
+  const omega = Math.sqrt(Math.max(lambda - decay ** 2, 0));
+  return omega > 0 ? (Math.abs(gain * spectrumOf(strike.duration, omega)) * strike.impulse) / omega : 0;
+}
+
 // Fourier transform of the force at omega, but for its phase.
 function spectrumOf(duration, omega) {
   const x = (omega * duration) / 2;

@@ -1,7 +1,7 @@
 import { html } from "htl";
 
-// A slider over the logarithm of a positive value.
-export function slider({ label, low, high, value, format, changed }) {
+// A slider over the logarithm of a positive value. moved(value) while it moves, changed(value) after it has.
+export function slider({ label, low, high, value, format, moved = () => {}, changed = () => {} }) {
   // Zero, and what lies beyond the ends, stands at the nearer end until it is moved.
   const place = Math.min(1, Math.max(0, Math.log(Math.max(value, low) / low) / Math.log(high / low)));
   const shown = html`<output>${format(value)}</output>`;
@@ -10,6 +10,7 @@ export function slider({ label, low, high, value, format, changed }) {
   input.oninput = () => {
     shown.textContent = format(read());
     input.setAttribute("aria-valuetext", format(read()));
+    moved(read());
   };
   input.onchange = () => changed(read());
   return html`<label>${label} ${shown}${input}</label>`;

@@ -46,3 +46,16 @@ function silvester(degree, place) {
   for (let s = 0; s < degree; ++s) product *= (place - s) / (s + 1);
   return product;
 }
+
+// Twice the volume over the surface [m]: of a plate, and of the walls of what is hollow, about their thickness.
+export function meanThickness({ vertices, triangles }) {
+  let [volume, area] = [0, 0];
+  for (let at = 0; at < triangles.length; at += 3) {
+    const [a, b, c] = [0, 1, 2].map((k) => vertices.subarray(3 * triangles[at + k], 3 * triangles[at + k] + 3));
+    const [u, v] = [b, c].map((corner) => [0, 1, 2].map((k) => corner[k] - a[k]));
+    const normal = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
+    area += Math.hypot(...normal) / 2;
+    volume += (a[0] * normal[0] + a[1] * normal[1] + a[2] * normal[2]) / 6;
+  }
+  return (2 * Math.abs(volume)) / area;
+}
