@@ -40,8 +40,8 @@ report::service::StruckInScene strike_shape(const std::string& shape,
   std::vector<std::string> keys;
   for (const char* key : {"impulse", "contact_time"}) {
     const std::string value = given.text(key, "");
-    const char* usual = std::string(key) == "impulse" ? scene::default_impulse
-                                                      : scene::default_contact_time;
+    const char* usual =
+        std::string(key) == "impulse" ? scene::default_impulse : scene::default_contact_time;
     keys.push_back(fmt::format("strikes.{}={}", key, value.empty() ? usual : value));
   }
   keys.push_back(fmt::format("audio.seconds={}", given.number("seconds", 1, 0.01, longest_clip)));
@@ -53,9 +53,8 @@ report::service::StruckInScene strike_shape(const std::string& shape,
     keys.push_back(fmt::format("listeners=[{{position: [{}]}}]", listener));
   }
   given.finish();
-  scene::Scene scene =
-      scene::read_strike_scene("{}", "strike", keys, scene::listed(region_materials(object)),
-                               "material");
+  scene::Scene scene = scene::read_strike_scene(
+      "{}", "strike", keys, scene::listed(region_materials(object)), "material");
   const scene::SolvedObject solved = solve_object(object, context, strike.known.position);
   return {scene::strike_once(scene, shape, solved, strike, context.cache), std::move(scene)};
 }
@@ -67,9 +66,9 @@ void answer(const AnswerCommandOptions& options, Context& context, IdentifierMak
   }
   report::service::AnswerOptions own = options.answers;
   own.made = mpi::made_by(context.command, context.world);
-  own.strike_shape = [&context, longest = own.longest_clip](
-                         const std::string& shape, report::service::Options& given,
-                         const scene::SingleStrike& strike) {
+  own.strike_shape = [&context, longest = own.longest_clip](const std::string& shape,
+                                                            report::service::Options& given,
+                                                            const scene::SingleStrike& strike) {
     return strike_shape(shape, given, strike, longest, context);
   };
   if (!options.models.empty()) {
@@ -91,14 +90,14 @@ void answer(const AnswerCommandOptions& options, Context& context, IdentifierMak
 }  // namespace
 
 void add_answer(Program& program, Context& context, IdentifierMaker identifier) {
-  Command& command = program.add(
-      "answer", "answers for sounds on standard input and output, as serve's own processes give "
-                "them",
-      Needs::solver);
+  Command& command =
+      program.add("answer",
+                  "answers for sounds on standard input and output, as serve's own processes give "
+                  "them",
+                  Needs::solver);
   auto options = std::make_shared<AnswerCommandOptions>();
   command.option("folders", options->answers.folders, "folders whose objects may be struck");
-  command
-      .option("-m,--models", options->models, "folder below which trained networks lie")
+  command.option("-m,--models", options->models, "folder below which trained networks lie")
       .show_default("none");
   add_device(command, options->device);
   command.option("--longest-clip", options->answers.longest_clip, "of a sound [s]")
@@ -106,7 +105,8 @@ void add_answer(Program& program, Context& context, IdentifierMaker identifier) 
       .show_default();
   command.footer(
       "A request is a line of JSON and the bytes that it announces:\n"
-      "  {\"path\": \"/v1/features\", \"query\": {\"max_features\": \"20\"}, \"parts\": [[\"\", 88244]]}\n"
+      "  {\"path\": \"/v1/features\", \"query\": {\"max_features\": \"20\"}, \"parts\": [[\"\", "
+      "88244]]}\n"
       "and so is its answer: {\"status\", \"type\", \"bytes\"}. docs/service.md");
   if (identifier == nullptr) {
     command.begins_with([&context, options] {

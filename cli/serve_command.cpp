@@ -106,9 +106,8 @@ void serve(const ServeOptions& options, const Context& context) {
 }  // namespace
 
 void add_serve(Program& program, Context& context) {
-  Command& command =
-      program.add("serve", "the report's page, answers for sounds, and jobs, by HTTP",
-                  Needs::nothing);
+  Command& command = program.add(
+      "serve", "the report's page, answers for sounds, and jobs, by HTTP", Needs::nothing);
   auto options = std::make_shared<ServeOptions>();
   report::service::ServiceOptions& service = options->service;
   const auto cores = std::max<std::size_t>(1, std::thread::hardware_concurrency());
@@ -156,8 +155,9 @@ void add_serve(Program& program, Context& context) {
   command.option("--max-jobs", service.max_jobs, "that wait or run; others get 400")
       .range(std::size_t{1}, std::size_t{100000})
       .show_default();
-  command.option("--sealed", service.seals,
-                 "what `carillon export --hide test` kept: answers by the export's names are scored");
+  command.option(
+      "--sealed", service.seals,
+      "what `carillon export --hide test` kept: answers by the export's names are scored");
   command.footer(
       "Examples:\n"
       "  carillon serve carillon-smoke\n"

@@ -36,7 +36,7 @@ struct Pipe {
   Pipe() {
     if (pipe2(ends.data(), O_CLOEXEC) != 0) {
       throw StorageError(fmt::format("no pipe to a child process: {}", std::strerror(errno)),
-                               "more files are open than the system lets be: see ulimit -n");
+                         "more files are open than the system lets be: see ulimit -n");
     }
   }
   Pipe(const Pipe&) = delete;

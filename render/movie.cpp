@@ -8,8 +8,8 @@
 #include <sstream>
 #include <vector>
 
-#include "core/error.hpp"
 #include "core/child_process.hpp"
+#include "core/error.hpp"
 
 namespace carillon::render {
 namespace {

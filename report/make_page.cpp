@@ -177,7 +177,8 @@ ordered_json collect(const ReportFolders& found, const PageRequest& request) {
 }  // namespace
 
 Page make_page(const PageRequest& request) {
-  ordered_json report = collect(find_report_folders(request.folders, request.may_be_empty), request);
+  ordered_json report =
+      collect(find_report_folders(request.folders, request.may_be_empty), request);
   Page page;
   page.html = report_page(report);
   if (page.html.size() > large_page) {

@@ -6,8 +6,8 @@
 #include <cstdlib>
 #include <vector>
 
-#include "core/near_program.hpp"
 #include "core/child_process.hpp"
+#include "core/near_program.hpp"
 
 namespace carillon::eval::scripts {
 

@@ -48,8 +48,8 @@ class Options {
     const std::optional<std::int64_t> number = core::number_in<std::int64_t>(value);
     if (!number || *number < static_cast<std::int64_t>(low) ||
         *number > static_cast<std::int64_t>(high)) {
-      throw core::InputError(fmt::format(
-          "{} is \"{}\", and a whole number from {} to {} is wanted", name, value, low, high));
+      throw core::InputError(fmt::format("{} is \"{}\", and a whole number from {} to {} is wanted",
+                                         name, value, low, high));
     }
     return static_cast<std::size_t>(*number);
   }

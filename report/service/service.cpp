@@ -15,8 +15,8 @@
 #include "dataset/run/status.hpp"
 #include "report/report.hpp"
 #include "report/service/detail/newest.hpp"
+#include "report/service/job_requests.hpp"
 #include "report/service/jobs/job_queue.hpp"
-#include "report/service/jobs/job_requests.hpp"
 
 namespace carillon::report::service {
 
@@ -106,8 +106,7 @@ struct Service::State {
     std::string state = state_of(folders);
     const double now = core::monotonic_seconds();
     if (page_reply.body.empty() ||
-        (state != page_state &&
-         (now - page_made > page_seconds || !is_building(folders.builds)))) {
+        (state != page_state && (now - page_made > page_seconds || !is_building(folders.builds)))) {
       HttpRequest request{.path = "/"};
       request.query["made_by"] = options.made.value("command", "");
       HttpReply reply = workers.ask(request);
@@ -175,12 +174,14 @@ struct Service::State {
 
   /// The places that jobs may name, as they are now.
   JobPlaces places() const {
-    return {found().datasets, {options.seals.begin(), options.seals.end()}, options.ranks,
+    return {found().datasets,
+            {options.seals.begin(), options.seals.end()},
+            options.ranks,
             options.cache};
   }
 
-  HttpReply submit(const HttpRequest& request, JobRequest (*read)(const HttpRequest&,
-                                                                  const JobPlaces&)) {
+  HttpReply submit(const HttpRequest& request,
+                   JobRequest (*read)(const HttpRequest&, const JobPlaces&)) {
     if (!jobs) return no_jobs();
     return json_reply(jobs->submit(read(request, places())), 202);
   }
@@ -226,12 +227,10 @@ struct Service::State {
       server.post(path, compute);
     }
     server.get("/v1/strike", compute);  // what a page may play
-    server.post("/v1/score", [this](const HttpRequest& request) {
-      return submit(request, score_job);
-    });
-    server.post("/v1/jobs", [this](const HttpRequest& request) {
-      return submit(request, command_job);
-    });
+    server.post("/v1/score",
+                [this](const HttpRequest& request) { return submit(request, score_job); });
+    server.post("/v1/jobs",
+                [this](const HttpRequest& request) { return submit(request, command_job); });
     server.get("/v1/jobs", [this](const HttpRequest&) {
       return jobs ? json_reply({{"jobs", jobs->all()}}) : no_jobs();
     });

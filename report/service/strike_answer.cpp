@@ -12,7 +12,7 @@
 #include "core/temporary_folder.hpp"
 #include "dataset/regenerate/strike_object.hpp"
 #include "report/report.hpp"
-#include "report/service/jobs/job_requests.hpp"
+#include "report/service/job_requests.hpp"
 #include "scene/chain.hpp"
 
 namespace carillon::report::service {
@@ -65,8 +65,9 @@ HttpReply StrikeAnswer::operator()(const HttpRequest& request) {
   }
   strike.seed = options.count("seed", 1, 0, std::numeric_limits<std::int64_t>::max());
   if (object.empty()) {
-    throw core::InputError("the query has no object",
-                           "?object=bowl-003/glass/1 of a dataset, or ?object=bell&material=bronze");
+    throw core::InputError(
+        "the query has no object",
+        "?object=bowl-003/glass/1 of a dataset, or ?object=bell&material=bronze");
   }
   if (as != "wav" && as != "json") throw core::InputError("as is wav or json");
   const StruckInScene sound = [&]() -> StruckInScene {
@@ -75,8 +76,8 @@ HttpReply StrikeAnswer::operator()(const HttpRequest& request) {
       return shape_(object, options, strike);
     }
     options.finish();
-    const auto& opened = open(served_dataset(
-        dataset, find_report_folders(folders_, /*may_be_empty=*/true).datasets));
+    const auto& opened = open(
+        served_dataset(dataset, find_report_folders(folders_, /*may_be_empty=*/true).datasets));
     return {dataset::regenerate::strike_object(opened, object, strike), opened.build.config.scene};
   }();
   if (as == "json") return json_reply(nlohmann::ordered_json(to_json(sound.struck, sound.scene)));

@@ -24,8 +24,8 @@ struct StruckInScene {
 using StrikeShape = std::function<StruckInScene(const std::string& shape, Options& options,
                                                 const scene::SingleStrike& strike)>;
 
-/// Answers /v1/strike: `object` is a dataset's, or a shape that is generated. The dataset asked last
-/// is kept open.
+/// Answers /v1/strike: `object` is a dataset's, or a shape that is generated. The dataset asked
+/// last is kept open.
 class StrikeAnswer {
  public:
   StrikeAnswer(std::vector<std::string> folders, StrikeShape shape)

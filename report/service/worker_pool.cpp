@@ -63,9 +63,8 @@ class WorkerPool::Worker {
     try {
       identifies = nlohmann::json::parse(frames_->reply(ready_within).body).at("identify");
     } catch (const std::exception& error) {
-      throw core::InputError(
-          fmt::format("{} cannot answer: {}, {}", options.program.filename().string(), error.what(),
-                      end(0)));
+      throw core::InputError(fmt::format(
+          "{} cannot answer: {}, {}", options.program.filename().string(), error.what(), end(0)));
     }
   }
 
@@ -81,7 +80,8 @@ class WorkerPool::Worker {
         const bool late = core::monotonic_seconds() - begin >= options.seconds;
         const std::string how = end(late ? 0 : 1);
         if (late) {
-          return error_reply(504, fmt::format("the answer takes longer than {:g} s", options.seconds),
+          return error_reply(504,
+                             fmt::format("the answer takes longer than {:g} s", options.seconds),
                              "carillon serve --time-limit");
         }
         return error_reply(500, fmt::format("what computed the answer has ended: {}", how),
@@ -105,8 +105,7 @@ class WorkerPool::Worker {
     int status = 0;
     const double deadline = core::monotonic_seconds() + seconds;
     pid_t ended = 0;
-    while ((ended = waitpid(pid_, &status, WNOHANG)) == 0 &&
-           core::monotonic_seconds() < deadline) {
+    while ((ended = waitpid(pid_, &status, WNOHANG)) == 0 && core::monotonic_seconds() < deadline) {
       std::this_thread::sleep_for(std::chrono::milliseconds(5));
     }
     if (ended == 0) {

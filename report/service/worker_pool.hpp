@@ -20,8 +20,8 @@ struct WorkerOptions {
   double seconds = 120;      ///< an answer may take
 };
 
-/// Processes that answer requests, each one at a time: what a request makes crash or hang is its own
-/// process, and another takes its place.
+/// Processes that answer requests, each one at a time: what a request makes crash or hang is its
+/// own process, and another takes its place.
 class WorkerPool {
  public:
   /// Starts them all, and waits until they have loaded what they need.

@@ -5,11 +5,11 @@
 #include <cstdlib>
 
 #include "core/audio.hpp"
+#include "core/child_process.hpp"
 #include "core/error.hpp"
 #include "core/hash.hpp"
 #include "core/image.hpp"
 #include "core/temporary_folder.hpp"
-#include "core/child_process.hpp"
 
 namespace carillon::render {
 namespace {
@@ -47,11 +47,11 @@ TEST(Movie, HasEveryFrameAndTheSoundAndTheSameBytesAgain) {
   const std::string first = core::sha256_file(movie);
   ASSERT_TRUE(make_movie(movie, folder, 25, folder / "a.wav").made);
   EXPECT_EQ(core::sha256_file(movie), first);
-  const auto probe = core::run_child(
-      "/usr/bin/ffprobe",
-      {"-v", "error", "-count_frames", "-show_entries", "stream=codec_name,nb_read_frames,width",
-       "-of", "csv=p=0", movie.string()},
-      60);
+  const auto probe =
+      core::run_child("/usr/bin/ffprobe",
+                      {"-v", "error", "-count_frames", "-show_entries",
+                       "stream=codec_name,nb_read_frames,width", "-of", "csv=p=0", movie.string()},
+                      60);
   EXPECT_NE(probe.output.find("h264,34,7"), std::string::npos) << probe.output;
   EXPECT_NE(probe.output.find("aac"), std::string::npos) << probe.output;
 }

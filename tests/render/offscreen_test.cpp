@@ -4,9 +4,9 @@
 #include <fstream>
 #include <iterator>
 
+#include "core/child_process.hpp"
 #include "core/files.hpp"
 #include "core/temporary_folder.hpp"
-#include "core/child_process.hpp"
 
 namespace carillon::render {
 namespace {

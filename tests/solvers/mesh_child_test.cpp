@@ -10,6 +10,7 @@
 #include <limits>
 #include <map>
 
+#include "core/child_process.hpp"
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "core/sanitizers.hpp"
@@ -18,7 +19,6 @@
 #include "core/trace.hpp"
 #include "solvers/mesh/raise_order.hpp"
 #include "solvers/mesh/readers/read_mesh.hpp"
-#include "core/child_process.hpp"
 #include "solvers/mesher/mesh_child.hpp"
 #include "tests/solvers/test_surfaces.hpp"
 #include "tests/solvers/written_files.hpp"

@@ -94,8 +94,8 @@ eval::features::FeatureOptions feature_options_of(Options& options) {
   }
   arguments.min_level =
       options.number("min_level", arguments.min_level, eval::features::lowest_min_level, 0);
-  arguments.max_features = options.count("max_features", arguments.max_features, 1,
-                                         eval::features::max_feature_count);
+  arguments.max_features =
+      options.count("max_features", arguments.max_features, 1, eval::features::max_feature_count);
   return eval::features::feature_options(arguments);
 }
 

@@ -39,7 +39,8 @@ Job read_job(const std::filesystem::path& folder);
 void write_job(const std::filesystem::path& folder, const Job& job);
 
 /// The document with what its folder tells: how far a build is (`progress`, as status.json), what a
-/// command that is done has answered (`result`), the last lines of what it complained of (`errors`).
+/// command that is done has answered (`result`), the last lines of what it complained of
+/// (`errors`).
 nlohmann::ordered_json describe_job(const std::filesystem::path& folder, const Job& job);
 
 }  // namespace carillon::report::service

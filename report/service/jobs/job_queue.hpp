@@ -76,9 +76,9 @@ class JobQueue {
   mutable std::mutex mutex_;
   std::condition_variable woken_;
   std::map<int, Job> jobs_;
-  int last_ = 0;  ///< number that was given
+  int last_ = 0;                 ///< number that was given
   std::map<int, double> asked_;  ///< when running ones were asked to stop [s, monotonic]
-  std::set<int> cancelled_;       ///< running ones
+  std::set<int> cancelled_;      ///< running ones
   bool stopping_ = false;
   std::array<std::thread, lanes> threads_;
 };

@@ -55,7 +55,8 @@ std::int64_t began(pid_t id) {
 std::optional<int> noted_exit(const fs::path& folder) {
   std::error_code missing;
   if (!fs::exists(folder / exit_name, missing)) return std::nullopt;
-  const auto code = core::number_in<std::int64_t>(core::trimmed(core::read_file(folder / exit_name)));
+  const auto code =
+      core::number_in<std::int64_t>(core::trimmed(core::read_file(folder / exit_name)));
   if (!code) return std::nullopt;
   return static_cast<int>(*code);
 }
@@ -99,8 +100,8 @@ json start_slurm(const fs::path& folder, const Job& job, const fs::path& program
 }
 
 JobProcess find_slurm(const fs::path& folder, std::int64_t id) {
-  const core::ChildExit exit =
-      ask_slurm("squeue", {"--noheader", "--states=all", "--format=%T", fmt::format("--jobs={}", id)});
+  const core::ChildExit exit = ask_slurm(
+      "squeue", {"--noheader", "--states=all", "--format=%T", fmt::format("--jobs={}", id)});
   const std::string state(core::trimmed(exit.output));
   if (exit.code != 0 && state.find("Invalid job id") == std::string::npos) {
     return {};  // its controller rests
@@ -119,7 +120,8 @@ JobProcess find_slurm(const fs::path& folder, std::int64_t id) {
 json start_process(const fs::path& folder, const Job& job, Launcher launcher,
                    const fs::path& program) {
   fs::remove(folder / exit_name);
-  if (launcher == Launcher::slurm && job.command != "score") return start_slurm(folder, job, program);
+  if (launcher == Launcher::slurm && job.command != "score")
+    return start_slurm(folder, job, program);
   std::vector<std::string> words = {"-c", run_noted, folder.string()};
   if (job.ranks > 1) {
     for (const std::string& word :

@@ -10,13 +10,13 @@
 #include <fstream>
 #include <string_view>
 
+#include "core/child_process.hpp"
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "core/near_program.hpp"
 #include "core/progress.hpp"
 #include "core/storage_error.hpp"
 #include "core/temporary_folder.hpp"
-#include "core/child_process.hpp"
 
 namespace carillon::solvers::mesher {
 namespace {

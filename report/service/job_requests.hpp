@@ -12,8 +12,8 @@ namespace carillon::report::service {
 struct JobPlaces {
   std::vector<std::filesystem::path> datasets;  ///< that are served
   std::vector<std::filesystem::path> seals;     ///< of `carillon export --hide`
-  int ranks = 1;      ///< of a job, at the most and where none are asked
-  std::string cache;  ///< of meshes and modes
+  int ranks = 1;                                ///< of a job, at the most and where none are asked
+  std::string cache;                            ///< of meshes and modes
 };
 
 /// A dataset by its folder or its folder's name; the only one where none is named.
@@ -21,8 +21,8 @@ struct JobPlaces {
 std::filesystem::path served_dataset(const std::string& name,
                                      const std::vector<std::filesystem::path>& datasets);
 
-/// `?command=build&ranks=2&dataset=NAME` with a configuration in the body: of train and evaluate, the
-/// dataset stands for the key `data`.
+/// `?command=build&ranks=2&dataset=NAME` with a configuration in the body: of train and evaluate,
+/// the dataset stands for the key `data`.
 /// @throws InputError, ConfigError  the configuration cannot be read, or names files beyond the
 ///                                  job's own folder
 JobRequest command_job(const HttpRequest& request, const JobPlaces& places);

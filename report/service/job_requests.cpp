@@ -1,4 +1,4 @@
-#include "report/service/jobs/job_requests.hpp"
+#include "report/service/job_requests.hpp"
 
 #include <fmt/format.h>
 
@@ -59,11 +59,11 @@ fs::path served_dataset(const std::string& name, const std::vector<fs::path>& da
     if (name.empty() || folder == name || folder.filename() == name) found.push_back(folder);
   }
   if (found.size() == 1) return fs::weakly_canonical(found.front());
-  throw core::InputError(
-      found.empty() ? fmt::format("there is no dataset \"{}\" here", name)
-                    : fmt::format("{} datasets are here{}", found.size(),
-                                  name.empty() ? "" : fmt::format(" called \"{}\"", name)),
-      "dataset is a folder that GET /v1/datasets names");
+  throw core::InputError(found.empty()
+                             ? fmt::format("there is no dataset \"{}\" here", name)
+                             : fmt::format("{} datasets are here{}", found.size(),
+                                           name.empty() ? "" : fmt::format(" called \"{}\"", name)),
+                         "dataset is a folder that GET /v1/datasets names");
 }
 
 JobRequest command_job(const HttpRequest& request, const JobPlaces& places) {
@@ -92,8 +92,8 @@ JobRequest score_job(const HttpRequest& request, const JobPlaces& places) {
   const fs::path dataset = served_dataset(options.text("dataset", ""), places.datasets);
   const std::string task = options.text("task", "");
   const std::string entry = options.text("entry", "");
-  const std::string format = one_of("format", options.text("format", "csv"),
-                                    {"csv", "npz", "npy", "parquet"});
+  const std::string format =
+      one_of("format", options.text("format", "csv"), {"csv", "npz", "npy", "parquet"});
   const std::string sealed = options.text("sealed", "");
   options.finish();
   for (const auto& [name, value] : {std::pair{"task", &task}, std::pair{"entry", &entry}}) {
@@ -107,8 +107,8 @@ JobRequest score_job(const HttpRequest& request, const JobPlaces& places) {
   const std::string answers = "answers." + format;
   job.files[answers] = body_of(request, "answers");
   // Values in one word with their options: what begins with a dash is no option of its own.
-  job.arguments = {dataset.string(), "--task=" + task, "--answers", answers, "--name=" + entry,
-                   "--cache", places.cache};
+  job.arguments = {dataset.string(),  "--task=" + task, "--answers", answers,
+                   "--name=" + entry, "--cache",        places.cache};
   if (!sealed.empty()) {
     const auto seal = std::find_if(places.seals.begin(), places.seals.end(),
                                    [&](const fs::path& path) { return path.filename() == sealed; });
