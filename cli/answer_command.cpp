@@ -6,7 +6,9 @@
 #include "cli/learn_program.hpp"
 #include "cli/learning_commands.hpp"
 #include "cli/object_options.hpp"
+#include "cli/option_values.hpp"
 #include "core/error.hpp"
+#include "core/units.hpp"
 #include "mpi/comm.hpp"
 #include "mpi/made_by.hpp"
 #include "scene/single_strike.hpp"
@@ -38,19 +40,22 @@ report::service::StruckInScene strike_shape(const std::string& shape,
   object.tune = given.text("tune", "");
   object.max_modes = static_cast<int>(given.count("max_modes", object.max_modes, 1, 2000));
   std::vector<std::string> keys;
-  for (const char* key : {"impulse", "contact_time"}) {
-    const std::string value = given.text(key, "");
-    const char* usual =
-        std::string(key) == "impulse" ? scene::default_impulse : scene::default_contact_time;
-    keys.push_back(fmt::format("strikes.{}={}", key, value.empty() ? usual : value));
-  }
+  // Values are read here: the keys' own text would be any YAML.
+  const auto put = [&](const char* key, core::Dimension dimension, const char* usual) {
+    const double value = core::parse_quantity(given.text(key, usual), dimension);
+    keys.push_back(fmt::format("strikes.{}={}", key, value));
+  };
+  put("impulse", core::Dimension::impulse, scene::default_impulse);
+  put("contact_time", core::Dimension::time, scene::default_contact_time);
   keys.push_back(fmt::format("audio.seconds={}", given.number("seconds", 1, 0.01, longest_clip)));
   const double sample_rate = given.number("sample_rate", 44100, 1000, 192000);
   keys.push_back(fmt::format("audio.sample_rate={}", sample_rate));
   keys.push_back(fmt::format("audio.gain={}", given.number("gain", 1, 0, 1e9)));
   object.max_frequency = fmt::format("{} Hz", std::min(20000.0, sample_rate / 2));
   if (const std::string listener = given.text("listener", ""); !listener.empty()) {
-    keys.push_back(fmt::format("listeners=[{{position: [{}]}}]", listener));
+    const Vec3 ear = parse_position(listener, "listener");
+    keys.push_back(
+        fmt::format("listeners=[{{position: [{}, {}, {}]}}]", ear.x(), ear.y(), ear.z()));
   }
   given.finish();
   scene::Scene scene = scene::read_strike_scene(

@@ -79,6 +79,9 @@ void serve(const ServeOptions& options, const Context& context) {
                            "name folders that build, accuracy or evaluate made, or --jobs FOLDER");
   }
   own.made = {{"command", context.command}, {"carillon", core::revision()}};
+  // Whoever waits for a worker or listens holds one; health and cancelling come through.
+  own.http.connections =
+      std::min<std::size_t>(512, own.workers.waiting + own.workers.count + own.http.listeners + 16);
   own.http.body = static_cast<std::size_t>(options.body_mb * 1e6);
   own.launcher = options.launch == "slurm" ? report::service::Launcher::slurm
                                            : report::service::Launcher::mpirun;
@@ -93,10 +96,11 @@ void serve(const ServeOptions& options, const Context& context) {
   // A signal asks it to stop; what is under way is finished.
   std::atomic<bool> ended = false;
   std::thread watcher([&] {
-    while (!ended && !mpi::interrupt_requested()) {
+    // Again and again: what is asked before it listens would be lost.
+    while (!ended) {
+      if (mpi::interrupt_requested()) service.stop();
       std::this_thread::sleep_for(std::chrono::milliseconds(50));
     }
-    service.stop();
   });
   service.run();
   ended = true;

@@ -101,6 +101,7 @@ void add_gallery(const NamedDatasets& datasets, std::size_t bytes, const PageReq
     try_to_add(report, "objects of " + named.first, [&] {
       ordered_json here = gallery_objects(dataset, share, report["notes"]);
       for (ordered_json& object : here.at("objects")) {
+        object["dataset"] = named.first;
         gallery["objects"].push_back(std::move(object));
       }
       for (const auto& [reason, objects] : here.at("left_out").items()) {

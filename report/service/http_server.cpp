@@ -10,6 +10,7 @@
 #include <cctype>
 #include <chrono>
 #include <condition_variable>
+#include <cstdint>
 #include <mutex>
 #include <set>
 #include <thread>
@@ -64,15 +65,32 @@ void fill_in(HttpRequest& own, const httplib::Request& request) {
   for (const auto& [name, value] : request.headers) own.header.emplace(lower(name), value);
 }
 
-/// As many threads as connections; those that are too many wait with their sockets open.
+/// As many threads as connections; no more are accepted, so that descriptors are left for others.
 class Connections final : public httplib::TaskQueue {
  public:
-  explicit Connections(std::size_t count) : pool_(count) {}
-  void enqueue(std::function<void()> task) override { pool_.enqueue(std::move(task)); }
+  explicit Connections(std::size_t count) : pool_(count), free_(count) {}
+  void enqueue(std::function<void()> task) override {
+    {
+      std::unique_lock lock(mutex_);
+      left_.wait(lock, [this] { return free_ > 0; });
+      --free_;
+    }
+    pool_.enqueue([this, task = std::move(task)] {
+      task();
+      {
+        const std::lock_guard lock(mutex_);
+        ++free_;
+      }
+      left_.notify_one();
+    });
+  }
   void shutdown() override { pool_.shutdown(); }
 
  private:
   httplib::ThreadPool pool_;
+  std::mutex mutex_;
+  std::condition_variable left_;
+  std::size_t free_;
 };
 
 /// The library's server, on connections with limits.
@@ -190,6 +208,14 @@ HttpServer::HttpServer(const HttpLimits& limits) : state_(std::make_unique<State
       [this](const httplib::Request& request, httplib::Response& response) {
         std::optional<HttpReply> refusal;
         if (request.path.size() > longest_path) refusal = error_reply(414, "the path is too long");
+        // The library would copy a page once for each.
+        if (request.ranges.size() > 1) {
+          refusal = error_reply(416, "one range of a reply can be asked for, not several");
+        }
+        if (request.get_header_value<std::uint64_t>("Content-Length") > state_->limits.body) {
+          refusal = error_reply(413, "the body is too large", "carillon serve --max-body");
+          response.set_header("Connection", "close");
+        }
         if (!refusal && state_->check) {
           HttpRequest own;
           fill_in(own, request);

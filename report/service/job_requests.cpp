@@ -29,7 +29,15 @@ void refuse_paths(const core::ConfigTree& tree) {
                             "datasets by ?dataset=NAME");
   }
   for (const core::ConfigTree& item : tree.items) refuse_paths(item);
-  for (const core::ConfigEntry& entry : tree.entries) refuse_paths(entry.value);
+  for (const core::ConfigEntry& entry : tree.entries) {
+    // A pattern can lead anywhere without a ".." of its own.
+    if (entry.key == "glob") {
+      throw core::ConfigError(fmt::format("{}: a job's configuration looks for no files",
+                                          entry.key_place.text(configuration_name)),
+                              "shapes by their families, datasets by ?dataset=NAME");
+    }
+    refuse_paths(entry.value);
+  }
 }
 
 const std::string& body_of(const HttpRequest& request, const char* what) {

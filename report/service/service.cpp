@@ -1,5 +1,6 @@
 #include "report/service/service.hpp"
 
+#include <arpa/inet.h>
 #include <fmt/format.h>
 #include <openssl/crypto.h>
 
@@ -32,17 +33,29 @@ using nlohmann::ordered_json;
 constexpr double page_seconds = 10;
 
 bool is_loopback(const std::string& host) {
-  return host == "localhost" || host == "::1" || host.starts_with("127.");
+  in_addr address{};
+  if (inet_pton(AF_INET, host.c_str(), &address) == 1) return ntohl(address.s_addr) >> 24 == 127;
+  return host == "localhost" || host == "::1";
 }
 
 /// A page of another's, opened in a browser here, may have had its name changed to this machine's
 /// address (DNS rebinding): then the request names that page's host.
 bool asks_this_machine(const HttpRequest& request) {
-  const auto at = request.header.find("host");
-  if (at == request.header.end()) return true;  // no browser
-  const std::string& host = at->second;
-  if (host.starts_with("[")) return is_loopback(host.substr(1, host.find(']') - 1));
-  return is_loopback(host.substr(0, host.find(':')));
+  const auto names_loopback = [&](const char* header) {
+    const auto at = request.header.find(header);
+    if (at == request.header.end()) return true;  // no browser
+    const std::size_t scheme = at->second.find("://");
+    const std::string host = at->second.substr(scheme == std::string::npos ? 0 : scheme + 3);
+    if (host.starts_with("[")) return is_loopback(host.substr(1, host.find(']') - 1));
+    return is_loopback(host.substr(0, host.find(':')));
+  };
+  // Nor may a page from elsewhere send what changes something here.
+  return names_loopback("host") && names_loopback("origin");
+}
+
+/// What tells the labels that a seal hides.
+bool tells_labels(const std::string& path) {
+  return path == "/" || path == "/v1/newest" || path == "/v1/strike";
 }
 
 /// The same time for every wrong one.
@@ -61,6 +74,7 @@ std::string state_of(const ReportFolders& found) {
   for (const auto& folder : found.datasets) {
     for (const char* name : {"status.json", "index.h5", "dataset.json"}) add(folder / name);
   }
+  for (const auto& folder : found.sweeps) add(folder / "sweep.json");
   for (const auto& folder : found.studies) add(folder / "accuracy.json");
   for (const auto& folder : found.evaluations) add(folder);
   for (const auto& folder : found.nightly_runs) add(folder / "nightly.json");
@@ -86,8 +100,12 @@ struct Service::State {
 
   std::optional<HttpReply> check(const HttpRequest& request) const {
     if (options.token.empty() && !asks_this_machine(request)) {
-      return error_reply(403, "this machine is asked for by another's name",
+      return error_reply(403, "this machine is asked for by another's name or page",
                          "http://127.0.0.1 or localhost");
+    }
+    if (!options.seals.empty() && tells_labels(request.path)) {
+      return error_reply(403, "this service scores sealed answers, and this would tell the labels",
+                         "serve the page by another one, without --sealed");
     }
     if (options.token.empty() || request.path == "/v1/health") return std::nullopt;
     const auto given = request.header.find("authorization");

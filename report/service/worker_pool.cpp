@@ -12,6 +12,7 @@
 #include <cstring>
 #include <optional>
 #include <thread>
+#include <utility>
 
 #include "core/child_process.hpp"
 #include "core/error.hpp"
@@ -26,14 +27,24 @@ namespace {
 constexpr double ready_within = 120;  ///< [s] networks are loaded in seconds
 constexpr double ends_within = 5;     ///< [s] once its requests have ended
 
-std::array<int, 2> open_pipe() {
-  std::array<int, 2> ends;
-  if (pipe2(ends.data(), O_CLOEXEC) != 0) {
-    throw core::StorageError(fmt::format("no pipe to a worker: {}", std::strerror(errno)),
-                             "more files are open than the system lets be: see ulimit -n");
+/// A pipe whose ends close with it, as far as they were not taken.
+struct WorkerPipe {
+  std::array<int, 2> ends{-1, -1};
+  WorkerPipe() {
+    if (pipe2(ends.data(), O_CLOEXEC) != 0) {
+      throw core::StorageError(fmt::format("no pipe to a worker: {}", std::strerror(errno)),
+                               "more files are open than the system lets be: see ulimit -n");
+    }
   }
-  return ends;
-}
+  ~WorkerPipe() {
+    for (const int end : ends) {
+      if (end >= 0) ::close(end);
+    }
+  }
+  WorkerPipe(const WorkerPipe&) = delete;
+  WorkerPipe& operator=(const WorkerPipe&) = delete;
+  int take(std::size_t end) { return std::exchange(ends.at(end), -1); }
+};
 
 }  // namespace
 
@@ -45,20 +56,13 @@ class WorkerPool::Worker {
   /// @throws InputError  it has ended before it was ready
   void start(const WorkerOptions& options, bool& identifies) {
     if (frames_) return;
-    const auto [questions_out, questions_in] = open_pipe();
-    const auto [answers_out, answers_in] = open_pipe();
-    question_ = questions_in;
-    answer_ = answers_out;
-    try {
-      pid_ = core::start_child(options.program, options.arguments, {questions_out, answers_in, 2});
-    } catch (const core::Error&) {
-      ::close(questions_out);
-      ::close(answers_in);
-      end(0);
-      throw;
+    {
+      WorkerPipe questions, answers;
+      pid_ = core::start_child(options.program, options.arguments,
+                               {questions.ends[0], answers.ends[1], 2});
+      question_ = questions.take(1);
+      answer_ = answers.take(0);
     }
-    ::close(questions_out);
-    ::close(answers_in);
     frames_.emplace(answer_, question_);
     try {
       identifies = nlohmann::json::parse(frames_->reply(ready_within).body).at("identify");
@@ -71,6 +75,7 @@ class WorkerPool::Worker {
   HttpReply ask(const HttpRequest& request, const WorkerOptions& options) {
     try {
       bool ready = false;
+      if (frames_ && has_ended()) end(0);  // while it had nothing to do
       start(options, ready);
       const double begin = core::monotonic_seconds();
       frames_->send(request);
@@ -93,6 +98,12 @@ class WorkerPool::Worker {
   }
 
  private:
+  bool has_ended() const {
+    siginfo_t info{};
+    return waitid(P_PID, static_cast<id_t>(pid_), &info, WEXITED | WNOHANG | WNOWAIT) != 0 ||
+           info.si_pid != 0;
+  }
+
   /// Gives it `seconds` to end by itself.
   /// @return how it ended
   std::string end(double seconds) {
@@ -166,13 +177,15 @@ HttpReply WorkerPool::ask(const HttpRequest& request) {
     worker = idle_.back();  // the one that worked last is warm
     idle_.pop_back();
   }
-  HttpReply reply = worker->ask(request, options_);
-  {
-    const std::lock_guard lock(mutex_);
-    idle_.push_back(worker);
-  }
-  left_.notify_one();
-  return reply;
+  // Whatever is thrown, it is free again.
+  const std::shared_ptr<void> place(nullptr, [&](void*) {
+    {
+      const std::lock_guard lock(mutex_);
+      idle_.push_back(worker);
+    }
+    left_.notify_one();
+  });
+  return worker->ask(request, options_);
 }
 
 }  // namespace carillon::report::service

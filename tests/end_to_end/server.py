@@ -64,6 +64,11 @@ class Server:
         status, body = self.ask(*arguments, **options)
         return status, json.loads(body)
 
+    def memory(self):
+        """The most that the service itself has held [bytes]."""
+        status = pathlib.Path(f"/proc/{self.process.pid}/status").read_text()
+        return int(status.split("VmHWM:")[1].split()[0]) * 1024
+
     def job(self, number, until=("done", "failed", "cancelled"), seconds=120):
         """A job's document once its state is one of these."""
         end = time.monotonic() + seconds * TIMEOUT_FACTOR

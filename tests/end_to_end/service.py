@@ -88,8 +88,23 @@ class Service(FolderTest):
                 self.assertEqual(status, code, told)
                 self.assertIn(message, told["error"]["message"])
                 self.assertNotIn("/tmp", json.dumps(told))
-        status, told = self.server.ask_json("/v1/datasets", headers={"Host": "elsewhere.example"})
-        self.assertEqual(status, 403, told)
+        for headers in ({"Host": "elsewhere.example"}, {"Host": "127.elsewhere.example"}, {"Host": "127.0.0.1.example:80"},
+                        {"Origin": "http://elsewhere.example"}, {"Origin": "null"}):
+            status, told = self.server.ask_json("/v1/features", self.clip, headers=headers)
+            self.assertEqual(status, 403, (headers, told))
+        for headers in ({"Host": "localhost:1"}, {"Host": "[::1]:1"}, {"Origin": "http://127.0.0.1:8750"}):
+            self.assertEqual(self.server.ask("/v1/features", self.clip, headers=headers)[0], 200, headers)
+        # A page is not copied once for each range that is asked for.
+        self.server.ask("/")
+        before = self.server.memory()
+        self.assertEqual(self.server.ask("/", headers={"Range": "bytes=" + "0-," * 300 + "0-"})[0], 416)
+        self.assertLess(self.server.memory(), before + 50e6)
+        # What is too large is refused before it comes.
+        with contextlib.closing(http.client.HTTPConnection("127.0.0.1", self.server.port, timeout=20)) as connection:
+            connection.putrequest("POST", "/v1/features")
+            connection.putheader("Content-Length", "100000000")
+            connection.endheaders()
+            self.assertEqual(connection.getresponse().status, 413)
         nothing = wav_bytes(numpy.zeros(0))
         form = b"".join(b"--x\r\nContent-Disposition: form-data; name=\"%s\"; filename=\"a\"\r\n\r\n%s\r\n" %
                         (name, nothing) for name in (b"reference", b"other")) + b"--x--\r\n"

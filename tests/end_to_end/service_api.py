@@ -64,6 +64,7 @@ class ServiceApi(FolderTest):
         for status, path, *request in [
             (200, "/v1/health"), (200, "/v1/datasets"), (200, "/v1/openapi.json"), (200, "/v1/jobs"),
             (200, f"/v1/jobs/{job}"), (404, "/v1/jobs/77"), (404, "/v1/jobs/77", None, None, "DELETE"),
+            (403, "/v1/features", self.clip, {"Origin": "http://elsewhere.example"}),
             (200, "/v1/features", self.clip), (400, "/v1/features?max_featurs=1", self.clip),
             (200, "/v1/fit?model=power&estimator=least_squares", self.clip), (400, "/v1/fit?model=x", self.clip),
             (200, "/v1/compare", both, FORM), (400, "/v1/compare", self.clip),

@@ -61,6 +61,9 @@ class Documented(FolderTest):
             return subprocess.run([sys.executable, ENTER, "small-wav", "--service", server.url, "--dataset", "small", *words],
                                   cwd=self.folder, capture_output=True, text=True, timeout=400)
 
+        # What would tell the labels is not served by whoever knows them.
+        for path in ("/", "/v1/strike?object=bar-000", "/v1/newest?folder=small"):
+            self.assertEqual(server.ask(path)[0], 403, path)
         untrained = enter("--sealed", "small-wav-sealed.json", "--entry", "untrained", "--epochs", "0")
         self.assertEqual(untrained.returncode, 0, untrained.stderr)
         trained = enter("--sealed", "small-wav-sealed.json")

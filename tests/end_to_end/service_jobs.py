@@ -169,6 +169,8 @@ class ServiceJobs(FolderTest):
             ("objects: [{file: /etc/passwd}]", "configuration.yaml:1:18"),
             ("objects: [{file: a/../../b.obj}]", "beyond the job's folder"),
             ("data: ~/elsewhere", "beyond the job's folder"),
+            ('objects: [{glob: ".?/.?/*.obj", unit: m}]', "looks for no files"),
+            ('objects: [{glob: "*.obj"}]', "configuration.yaml:1:12"),
             ("a: &a [x]\nb: [*a", "configuration.yaml"),
             ("", "no configuration"),
         ]:
@@ -283,6 +285,35 @@ class ServiceJobs(FolderTest):
         self.assertEqual((job["state"], job["exit_code"]), ("done", 0), job)
         # They did jump.
         self.assertGreater(len({one[key][:7] for one in (server.job(first), job) for key in ("created", "ended")}), 1)
+        self.assertEqual(server.stop()[0], 0)
+
+    def test_what_was_cancelled_stays_cancelled(self):
+        server = self.serve()
+        number = self.queue(server, SLOW)
+        self.running(server, number)
+        path = self.output(number).parent / "job.json"
+        self.assertEqual(server.ask(f"/v1/jobs/{number}", method="DELETE")[0], 200)
+        self.assertTrue(json.loads(path.read_text())["cancelled"])
+        server.process.kill()
+        server.process.wait()
+        server = self.serve()
+        self.assertEqual(server.job(number)["state"], "cancelled")
+        self.assertEqual(server.stop()[0], 0)
+
+    def test_a_queue_answers_while_slurm_takes_its_time(self):
+        folder = self.folder / "slow-slurm"
+        folder.mkdir()
+        for name, text in {**SLURM, "sbatch": "sleep 20; exit 1\n"}.items():
+            (folder / name).write_text("#!/bin/bash\n" + text)
+            (folder / name).chmod(0o755)
+        server = self.serve("--launch", "slurm", environment={"PATH": f"{folder}:{os.environ['PATH']}"})
+        number = self.queue(server, CONFIG)
+        time.sleep(1)
+        begin = time.monotonic()
+        self.assertEqual(server.ask_json(f"/v1/jobs/{number}")[1]["state"], "queued")
+        self.assertEqual(server.ask(f"/v1/jobs/{number}", method="DELETE")[0], 200)
+        self.assertLess(time.monotonic() - begin, 10)
+        self.assertEqual(server.job(number)["state"], "cancelled")
         self.assertEqual(server.stop()[0], 0)
 
     def test_slurm_runs_them(self):

@@ -17,7 +17,7 @@ PIECES = [b"GET / HTTP/1.1\r\n", b"POST /v1/features HTTP/1.1\r\n", b"DELETE /v1
           b"Content-Length: -1\r\n", b"Content-Length: 99999999999999999999\r\n", b"Content-Length: 10\r\n",
           b"Transfer-Encoding: chunked\r\n\r\nFFFFFFFFFFFFFFFFF\r\n", b"Transfer-Encoding: chunked\r\n\r\n-1\r\n",
           b"Content-Type: multipart/form-data\r\n", b"Content-Type: multipart/form-data; boundary=\r\n", b"\r\n", b"\0\0",
-          b"%00%ff%", b"Range: bytes=-1-1\r\n", b"Range: bytes=9-1,,\r\n", b"Expect: 100-continue\r\n",
+          b"%00%ff%", b"Range: bytes=-1-1\r\n", b"Range: bytes=9-1,,\r\n", b"Range: bytes=" + b"0-," * 300 + b"0-\r\n", b"Expect: 100-continue\r\n",
           b"Content-Encoding: gzip\r\n", b"Content-Encoding: br\r\n", b"PRI * HTTP/2.0\r\n\r\n", b"\xff\xfe\x00\x80"]
 PATHS = ["features", "fit", "compare", "identify", "strike", "score", "jobs", "jobs/1", "jobs/-1", "datasets", "openapi.json",
          "../..", "%2e%2e/x", "features/..;"]

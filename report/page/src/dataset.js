@@ -66,7 +66,7 @@ function failures(dataset, gallery, index) {
   return html`<div id=${`failures-${index}`}><h3>What failed</h3>
     ${table(
       [
-        { title: "task", value: (f) => f.task, text: (f) => galleryLink(gallery, { object: objectOf(f.task) }, html`<code>${f.task}</code>`) },
+        { title: "task", value: (f) => f.task, text: (f) => galleryLink(gallery, { dataset: dataset.name, object: objectOf(f.task) }, html`<code>${f.task}</code>`) },
         { title: "stage", value: (f) => f.stage ?? "" },
         { title: "reason", value: (f) => f.message, text: (f) => html`${f.message}${f.hint ? html`<br><em>${f.hint}</em>` : ""}` },
         { title: "left out with it", number: true, value: lost },
@@ -88,7 +88,7 @@ function worstModes(dataset, gallery) {
   return html`<h3>Where pitch is known least</h3>
     ${table(
       [
-        { title: "object", value: (m) => m.object, text: (m) => galleryLink(gallery, m, m.object) },
+        { title: "object", value: (m) => m.object, text: (m) => galleryLink(gallery, { dataset: dataset.name, ...m }, m.object) },
         { title: "mode", number: true, value: (m) => m.mode },
         { title: "error (estimated)", number: true, value: (m) => m.cents, text: (m) => `± ${number(m.cents, 3)} cents` },
         { title: "frequency", number: true, value: (m) => m.hertz, text: (m) => hertz(m.hertz) },

@@ -35,8 +35,8 @@ function leftOut({ total, left_out }) {
 
 // Where an object of a dataset stands in the gallery, and a mode of its modes file: {index, mode}, of which mode
 // is null where it is not here; null where the object is not.
-export function placeInGallery({ objects }, { object, set, in_set }) {
-  const index = objects.findIndex((one) => one.object === object);
+export function placeInGallery({ objects }, { dataset, object, set, in_set }) {
+  const index = objects.findIndex((one) => one.dataset === dataset && one.object === object);
   if (index < 0) return null;
   const mode = objects[index].set === set ? in_set - objects[index].modes_below : -1;
   return { index, mode: mode >= 0 && mode < objects[index].gain_scales.length ? mode : null };

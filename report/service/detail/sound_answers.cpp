@@ -8,6 +8,7 @@
 
 #include "core/audio.hpp"
 #include "core/error.hpp"
+#include "core/storage_error.hpp"
 #include "core/temporary_folder.hpp"
 #include "core/text.hpp"
 #include "eval/damping/fit_report.hpp"
@@ -42,7 +43,13 @@ class Clip {
                        : fmt::format("the form has no file \"{}\"", name),
           name.empty() ? "its body is a WAV, FLAC, Ogg or AIFF file" : "curl -F name=@file.wav");
     }
-    std::ofstream(path_, std::ios::binary) << *bytes;
+    std::ofstream file(path_, std::ios::binary);
+    file << *bytes;
+    file.close();
+    if (!file) {
+      throw core::StorageError("the sound could not be kept while it is computed with",
+                               "see that the folder for temporary files has room");
+    }
     const core::AudioHeader header = told([&] { return core::read_audio_header(path_); });
     if (!(header.seconds <= limits.seconds)) {
       throw core::InputError(fmt::format("the {} lasts {:.3g} s, and {:.3g} s are taken", name_,

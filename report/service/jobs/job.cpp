@@ -57,6 +57,7 @@ ordered_json to_json(const Job& job) {
   }
   if (!job.why.empty()) document["why"] = job.why;
   if (!job.process.is_null()) document["process"] = job.process;
+  if (job.cancelled) document["cancelled"] = true;
   return document;
 }
 
@@ -78,6 +79,7 @@ Job read_job(const fs::path& folder) {
     job.ended = document.value("ended", "");
     job.exit_code = document.value("exit_code", 0);
     job.why = document.value("why", "");
+    job.cancelled = document.value("cancelled", false);
     job.starts = document.value("starts", 0);
     job.process = document.value("process", json());
     return job;
@@ -94,6 +96,7 @@ void write_job(const fs::path& folder, const Job& job) {
 ordered_json describe_job(const fs::path& folder, const Job& job) {
   ordered_json document = to_json(job);
   document.erase("process");
+  document.erase("cancelled");
   if (fs::exists(folder / job_output / dataset::run::status_name)) {
     try {
       document["progress"] = dataset::run::read_status(folder / job_output);

@@ -19,6 +19,7 @@ struct Job {
   std::string created, started, ended;  ///< for people: clocks jump
   int exit_code = 0;                    ///< of one that is done or has failed
   std::string why;                      ///< it has failed, where no command has said so
+  bool cancelled = false;               ///< whatever has become of it
   int starts = 0;                       ///< times that it was started
   nlohmann::json process;               ///< that runs it: see launch.hpp
 };

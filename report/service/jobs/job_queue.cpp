@@ -149,6 +149,7 @@ ordered_json JobQueue::all() const {
   for (auto job = jobs_.rbegin(); job != jobs_.rend(); ++job) {
     list.push_back(to_json(job->second));
     list.back().erase("process");
+    list.back().erase("cancelled");
   }
   return list;
 }
@@ -160,12 +161,12 @@ std::optional<ordered_json> JobQueue::cancel(int id) {
     if (found == jobs_.end()) return std::nullopt;
     Job& job = found->second;
     if (is_over(job.state)) throw core::InputError(fmt::format("job {} is over", id));
-    cancelled_.insert(id);
-    if (job.process.is_null()) {
+    job.cancelled = true;
+    if (job.process.is_null() && !starting_.contains(id)) {
       job.state = JobState::cancelled;
       job.ended = dataset::run::utc_date();
-      save(job);
     }
+    save(job);
   }
   woken_.notify_all();
   return find(id);
@@ -174,28 +175,59 @@ std::optional<ordered_json> JobQueue::cancel(int id) {
 void JobQueue::run(Lane lane) {
   std::unique_lock lock(mutex_);
   for (;;) {
-    const std::map<int, JobProcess> processes = find_processes(lane, lock);
-    for (const auto& [id, process] : processes) heed(jobs_.at(id), process);
+    look_after(lane, lock);
     if (!is_busy(lane)) {
       if (stopping_) return;
-      start_next(lane);
+      start_next(lane, lock);
     }
     const bool slow = lane == ranks && options_.launcher == Launcher::slurm && !stopping_;
     woken_.wait_for(lock, slow ? std::chrono::milliseconds(slurm_look) : look);
   }
 }
 
-/// How those stand that were started. The lock is open meanwhile: Slurm may take its time.
-std::map<int, JobProcess> JobQueue::find_processes(Lane lane, std::unique_lock<std::mutex>& lock) {
-  std::map<int, nlohmann::json> known;
-  for (const auto& [id, job] : jobs_) {
-    if (lane_of(job) == lane && !job.process.is_null()) known[id] = job.process;
-  }
+/// What is asked of the system or of Slurm, which may take its time: others ask the queue
+/// meanwhile.
+/// @return whether it was done
+bool JobQueue::outside(std::unique_lock<std::mutex>& lock, int id,
+                       const std::function<void()>& action) {
   lock.unlock();
-  std::map<int, JobProcess> found;
-  for (const auto& [id, process] : known) found[id] = find_process(folder_of(id), process);
+  std::string problem;
+  try {
+    action();
+  } catch (const std::exception& error) {
+    problem = error.what();
+    spdlog::warn("job {}: {}", id, problem);
+  }
   lock.lock();
-  return found;
+  return problem.empty();
+}
+
+/// Settles those whose process has ended, and stops what is to be stopped.
+void JobQueue::look_after(Lane lane, std::unique_lock<std::mutex>& lock) {
+  std::vector<int> started;
+  for (const auto& [id, job] : jobs_) {
+    if (lane_of(job) == lane && !job.process.is_null()) started.push_back(id);
+  }
+  for (const int id : started) {
+    Job& job = jobs_.at(id);  // jobs stay where they are, and their processes are this thread's
+    JobProcess process;
+    // Of what cannot be looked after it is taken that it runs.
+    outside(lock, id, [&] { process = find_process(folder_of(id), job.process); });
+    if (!process.runs) {
+      settle(job, process);
+      continue;
+    }
+    const JobState state = process.waits ? JobState::queued : JobState::running;
+    if (state != job.state) {
+      job.state = state;
+      save(job);
+    }
+    if (!job.cancelled && !(stopping_ && !job.process.contains("slurm"))) continue;
+    const double now = core::monotonic_seconds();
+    const auto [asked, first] = asked_.try_emplace(id, now);
+    const bool late = now - asked->second > patience;
+    if (first || late) outside(lock, id, [&] { stop_process(job.process, late); });
+  }
 }
 
 /// Something of this lane runs on this machine: what Slurm has is Slurm's to order.
@@ -206,46 +238,49 @@ bool JobQueue::is_busy(Lane lane) const {
   });
 }
 
-/// Settles a job whose process has ended, and stops what is to be stopped.
-void JobQueue::heed(Job& job, const JobProcess& process) {
-  if (!process.runs) {
-    settle(job, process);
-    return;
-  }
-  const JobState state = process.waits ? JobState::queued : JobState::running;
-  if (state != job.state) {
-    job.state = state;
-    save(job);
-  }
-  if (cancelled_.contains(job.id) || (stopping_ && !job.process.contains("slurm"))) {
-    const double now = core::monotonic_seconds();
-    const auto [asked, first] = asked_.try_emplace(job.id, now);
-    if (first) stop_process(job.process, false);
-    if (now - asked->second > patience) stop_process(job.process, true);
-  }
-}
-
 /// The one that has waited longest; all of them where Slurm orders them.
-void JobQueue::start_next(Lane lane) {
-  for (auto& [id, job] : jobs_) {
-    if (lane_of(job) != lane || job.state != JobState::queued || !job.process.is_null()) continue;
-    start(job);
+void JobQueue::start_next(Lane lane, std::unique_lock<std::mutex>& lock) {
+  std::vector<int> waiting;
+  for (const auto& [id, job] : jobs_) {
+    if (lane_of(job) == lane && job.state == JobState::queued && job.process.is_null()) {
+      waiting.push_back(id);
+    }
+  }
+  for (const int id : waiting) {
+    if (stopping_) return;
+    Job& job = jobs_.at(id);
+    if (job.state != JobState::queued) continue;  // cancelled meanwhile
+    start(job, lock);
     if (!job.process.is_null() && !job.process.contains("slurm")) return;
   }
 }
 
-void JobQueue::start(Job& job) {
-  try {
-    job.started = dataset::run::utc_date();
-    ++job.starts;
-    job.process = start_process(folder_of(job.id), job, options_.launcher, options_.program);
+void JobQueue::start(Job& job, std::unique_lock<std::mutex>& lock) {
+  job.started = dataset::run::utc_date();
+  ++job.starts;
+  starting_.insert(job.id);
+  nlohmann::json process;
+  std::string problem;
+  outside(lock, job.id, [&, copy = job] {
+    try {
+      process = start_process(folder_of(copy.id), copy, options_.launcher, options_.program);
+    } catch (const std::exception& error) {
+      problem = error.what();
+      throw;
+    }
+  });
+  starting_.erase(job.id);
+  job.process = std::move(process);
+  if (!job.process.is_null()) {
     job.state = job.process.contains("slurm") ? JobState::queued : JobState::running;
-  } catch (const std::exception& error) {
+  } else if (job.cancelled) {
+    job.state = JobState::cancelled;
+  } else if (job.starts >= most_starts) {
     job.state = JobState::failed;
     job.exit_code = -1;
-    job.why = error.what();
-    job.ended = dataset::run::utc_date();
-  }
+    job.why = problem;
+  }  // else Slurm's controller may rest, or the system be short of something: it waits
+  if (is_over(job.state)) job.ended = dataset::run::utc_date();
   save(job);
 }
 
@@ -254,7 +289,7 @@ void JobQueue::settle(Job& job, const JobProcess& process) {
   job.process = nullptr;
   asked_.erase(job.id);
   const bool done = process.exit_code == 0;
-  if (cancelled_.erase(job.id) > 0 && !done) {
+  if (job.cancelled && !done) {
     job.state = JobState::cancelled;
   } else if (!done && (was_stopped || (!process.exit_code && job.starts < most_starts))) {
     job.state = JobState::queued;

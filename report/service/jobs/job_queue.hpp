@@ -4,6 +4,7 @@
 #include <condition_variable>
 #include <cstddef>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <mutex>
 #include <optional>
@@ -63,11 +64,12 @@ class JobQueue {
   std::filesystem::path folder_of(int id) const;
   void load();
   void run(Lane lane);
-  std::map<int, JobProcess> find_processes(Lane lane, std::unique_lock<std::mutex>& lock);
+  static bool outside(std::unique_lock<std::mutex>& lock, int id,
+                      const std::function<void()>& action);
+  void look_after(Lane lane, std::unique_lock<std::mutex>& lock);
   bool is_busy(Lane lane) const;
-  void heed(Job& job, const JobProcess& process);
-  void start_next(Lane lane);
-  void start(Job& job);
+  void start_next(Lane lane, std::unique_lock<std::mutex>& lock);
+  void start(Job& job, std::unique_lock<std::mutex>& lock);
   void settle(Job& job, const JobProcess& process);
   void save(const Job& job);
 
@@ -78,7 +80,7 @@ class JobQueue {
   std::map<int, Job> jobs_;
   int last_ = 0;                 ///< number that was given
   std::map<int, double> asked_;  ///< when running ones were asked to stop [s, monotonic]
-  std::set<int> cancelled_;      ///< running ones
+  std::set<int> starting_;       ///< just now
   bool stopping_ = false;
   std::array<std::thread, lanes> threads_;
 };

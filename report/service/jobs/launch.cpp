@@ -36,10 +36,16 @@ while wait $!; code=$?; kill -0 $! 2>/dev/null; do :; done
 echo $code >exit.part && mv exit.part exit
 )";
 
+/// Of a process of which nothing can be learnt just now.
+constexpr std::int64_t unknown = -1;
+
 /// When a process began, in the system's ticks since it started, as numbers are given again; 0:
 /// there is none, or it has ended.
 std::int64_t began(pid_t id) {
-  std::ifstream file(fmt::format("/proc/{}/stat", id));
+  const std::string path = fmt::format("/proc/{}/stat", id);
+  std::ifstream file(path);
+  std::error_code unreadable;
+  if (!file) return fs::exists(path, unreadable) || unreadable ? unknown : 0;
   std::string text{std::istreambuf_iterator<char>(file), {}};
   text.erase(0, text.rfind(')') + 1);
   // Fields 3 to 22 of proc(5), after the program's name.
@@ -106,7 +112,8 @@ JobProcess find_slurm(const fs::path& folder, std::int64_t id) {
   if (exit.code != 0 && state.find("Invalid job id") == std::string::npos) {
     return {};  // its controller rests
   }
-  for (const char* waiting : {"PENDING", "CONFIGURING", "REQUEUED", "SUSPENDED"}) {
+  for (const char* waiting : {"PENDING", "CONFIGURING", "REQUEUED", "REQUEUE_HOLD", "PREEMPTED",
+                              "NODE_FAIL", "SUSPENDED"}) {
     if (state == waiting) return {true, true, {}};
   }
   for (const char* running : {"RUNNING", "COMPLETING", "STOPPED", "SIGNALING"}) {
@@ -151,6 +158,7 @@ JobProcess find_process(const fs::path& folder, const json& process) {
   const pid_t id = process.at("pid");
   waitpid(id, nullptr, WNOHANG);  // a child of this service's
   const std::int64_t since = began(id);
+  if (since == unknown) return {};
   if (since != 0 && since == process.at("began").get<std::int64_t>()) return {};
   return {false, false, noted_exit(folder)};
 }
