@@ -1,11 +1,13 @@
 #include "report/service/http_server.hpp"
 
 #include <fmt/format.h>
+#include <poll.h>
 #include <spdlog/spdlog.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cctype>
 #include <chrono>
@@ -134,9 +136,23 @@ class TimedServer final : public httplib::Server {
       if (!answered) break;
     }
     has_come(socket);
-    ::shutdown(socket, SHUT_RDWR);
+    let_read(socket);
     ::close(socket);
     return true;
+  }
+
+  /// A client that was refused before all of its request had come still sends, and would lose the
+  /// reply to a connection that is closed at once.
+  static void let_read(socket_t socket) {
+    constexpr int patience_ms = 500;
+    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(2);
+    ::shutdown(socket, SHUT_WR);
+    std::array<char, 65536> rest;
+    while (std::chrono::steady_clock::now() < end) {
+      pollfd waiting{socket, POLLIN, 0};
+      if (::poll(&waiting, 1, patience_ms) <= 0) return;
+      if (::recv(socket, rest.data(), rest.size(), 0) <= 0) return;
+    }
   }
 
   double seconds_;
