@@ -3,8 +3,8 @@
 #include <string>
 
 #include "core/error.hpp"
+#include "core/quantity_list.hpp"
 #include "core/units.hpp"
-#include "core/vectors.hpp"
 
 namespace carillon::cli {
 
@@ -23,8 +23,6 @@ auto at_option(const std::string& option, Read&& read) {
 /// @throws InputError  as core::parse_quantity, with the option's name
 double option_quantity(const std::string& text, core::Dimension dimension, const char* option);
 
-/// Three numbers in metres or with units: "0.1,0,0.02", "10,0,2cm", "10cm,0,2cm".
-/// @throws InputError  with the option's name
-Vec3 parse_position(const std::string& text, const char* option);
+using core::parse_position;
 
 }  // namespace carillon::cli

@@ -85,7 +85,6 @@ void serve(const ServeOptions& options, const Context& context) {
   own.http.body = static_cast<std::size_t>(options.body_mb * 1e6);
   own.launcher = options.launch == "slurm" ? report::service::Launcher::slurm
                                            : report::service::Launcher::mpirun;
-  if (!own.jobs.empty()) std::filesystem::create_directories(own.jobs);
   own.cache = context.cache;
   own.workers = workers_of(options, context);
   if (!options.token_file.empty()) own.token = read_token(options.token_file);

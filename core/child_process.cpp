@@ -30,27 +30,6 @@ constexpr double max_poll_s = 0.02;
 /// and whoever waits for it has nothing else to do.
 constexpr double last_step = 0.001;
 
-/// A pipe whose ends close with it.
-struct Pipe {
-  std::array<int, 2> ends{-1, -1};
-  Pipe() {
-    if (pipe2(ends.data(), O_CLOEXEC) != 0) {
-      throw StorageError(fmt::format("no pipe to a child process: {}", std::strerror(errno)),
-                         "more files are open than the system lets be: see ulimit -n");
-    }
-  }
-  Pipe(const Pipe&) = delete;
-  Pipe& operator=(const Pipe&) = delete;
-  ~Pipe() {
-    close_end(0);
-    close_end(1);
-  }
-  void close_end(std::size_t end) {
-    if (ends[end] >= 0) close(ends[end]);
-    ends[end] = -1;
-  }
-};
-
 struct SpawnActions {
   posix_spawn_file_actions_t raw;
   SpawnActions() { posix_spawn_file_actions_init(&raw); }
@@ -78,6 +57,23 @@ bool take_output(int fd, std::string& output) {
 }
 
 }  // namespace
+
+ChildPipe::ChildPipe() {
+  if (pipe2(ends_.data(), O_CLOEXEC) != 0) {
+    throw StorageError(fmt::format("no pipe to a child process: {}", std::strerror(errno)),
+                       "more files are open than the system lets be: see ulimit -n");
+  }
+}
+
+ChildPipe::~ChildPipe() {
+  close_end(0);
+  close_end(1);
+}
+
+void ChildPipe::close_end(std::size_t end) {
+  if (ends_.at(end) >= 0) close(ends_.at(end));
+  ends_.at(end) = -1;
+}
 
 pid_t start_child(const std::filesystem::path& program, const std::vector<std::string>& arguments,
                   const ChildStreams& streams, bool heeds_signals) {
@@ -125,10 +121,10 @@ pid_t start_child(const std::filesystem::path& program, const std::vector<std::s
 
 ChildExit run_child(const std::filesystem::path& program, const std::vector<std::string>& arguments,
                     double seconds) {
-  Pipe pipe;
+  ChildPipe pipe;
   const double start = monotonic_seconds();
   const double deadline = seconds > 0 ? start + seconds : std::numeric_limits<double>::infinity();
-  const pid_t pid = start_child(program, arguments, {-1, pipe.ends[1], pipe.ends[1]});
+  const pid_t pid = start_child(program, arguments, {-1, pipe.end(1), pipe.end(1)});
   pipe.close_end(1);
 
   ChildExit exit;
@@ -147,17 +143,17 @@ ChildExit run_child(const std::filesystem::path& program, const std::vector<std:
       exit.timed_out = true;
       kill(pid, SIGKILL);
     }
-    pollfd waiting{pipe.ends[0], POLLIN, 0};
+    pollfd waiting{pipe.end(0), POLLIN, 0};
     const int milliseconds = static_cast<int>(
         std::ceil(1000 * std::clamp(left, 0.001, streaming ? max_poll_s : last_step)));
     if (poll(&waiting, streaming ? 1 : 0, milliseconds) > 0) {
-      streaming = take_output(pipe.ends[0], exit.output);
+      streaming = take_output(pipe.end(0), exit.output);
     }
   }
   // What was printed last is still in the pipe; nobody else holds its other end.
   while (streaming) {
-    pollfd rest{pipe.ends[0], POLLIN, 0};
-    streaming = poll(&rest, 1, 0) > 0 && take_output(pipe.ends[0], exit.output);
+    pollfd rest{pipe.end(0), POLLIN, 0};
+    streaming = poll(&rest, 1, 0) > 0 && take_output(pipe.end(0), exit.output);
   }
   exit.seconds = monotonic_seconds() - start;
   if (WIFSIGNALED(status)) exit.signal = WTERMSIG(status);

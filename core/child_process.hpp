@@ -2,11 +2,32 @@
 
 #include <sys/types.h>
 
+#include <array>
+#include <cstddef>
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace carillon::core {
+
+/// A pipe to a child; what is written to end 1 is read from end 0. Its ends close with it.
+class ChildPipe {
+ public:
+  /// @throws StorageError  too many files are open
+  ChildPipe();
+  ~ChildPipe();
+  ChildPipe(const ChildPipe&) = delete;
+  ChildPipe& operator=(const ChildPipe&) = delete;
+
+  int end(std::size_t end) const { return ends_.at(end); }
+  void close_end(std::size_t end);
+  /// The end is the caller's to close.
+  int take(std::size_t end) { return std::exchange(ends_.at(end), -1); }
+
+ private:
+  std::array<int, 2> ends_{-1, -1};
+};
 
 /// Descriptors that a child gets as its standard streams.
 struct ChildStreams {

@@ -79,4 +79,20 @@ std::vector<double> parse_quantities(std::string_view text, Dimension dimension)
   return values;
 }
 
+Vec3 parse_position(std::string_view text, std::string_view name) {
+  std::vector<double> values;
+  try {
+    values = parse_quantities(text, Dimension::length);
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{}: {}", name, error.message()), error.hint());
+  }
+  if (values.size() != 3) {
+    throw InputError(
+        fmt::format("{} {}: {} value{} instead of three", name, text, values.size(),
+                    values.size() == 1 ? "" : "s"),
+        "write x,y,z in metres, as in 0.05,0.02,0, or with a unit for all, as in 5,2,0cm");
+  }
+  return {values[0], values[1], values[2]};
+}
+
 }  // namespace carillon::core

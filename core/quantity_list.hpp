@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/units.hpp"
+#include "core/vectors.hpp"
 
 namespace carillon::core {
 
@@ -17,5 +18,10 @@ std::vector<std::string> with_own_units(std::vector<std::string> texts);
 /// Values of "5,2,0cm", "5cm,2cm,0cm" or "0.05,0.02,0" in SI units.
 /// @throws InputError  as with_own_units and parse_quantity
 std::vector<double> parse_quantities(std::string_view text, Dimension dimension);
+
+/// Three numbers in metres or with units: "0.1,0,0.02", "10,0,2cm", "10cm,0,2cm".
+/// @param name  of the option, for messages
+/// @throws InputError  with the option's name
+Vec3 parse_position(std::string_view text, std::string_view name);
 
 }  // namespace carillon::core

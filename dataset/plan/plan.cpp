@@ -207,8 +207,7 @@ void add_samples(const configuration::BuildConfig& config, std::size_t shape_ind
     for (std::size_t v = 0; v < shape.variants.size(); ++v) {
       if (!shape.variants[v].sounds) continue;
       Sample sample;
-      sample.key = fmt::format("{}/{}/{}/strike-{:04}", shape.id, shape.variants[v].material,
-                               size_name(shape.variants[v]), strike);
+      sample.key = fmt::format("{}/strike-{:04}", object_name(shape.id, shape.variants[v]), strike);
       sample.id = core::stable_hash(sample.key);
       sample.shape = shape_index;
       sample.variant = v;

@@ -19,6 +19,10 @@ std::string size_name(const Variant& variant) {
   return variant.tune_mode == 1 ? pitch : fmt::format("{}-mode-{}", pitch, variant.tune_mode);
 }
 
+std::string object_name(const std::string& shape, const Variant& variant) {
+  return fmt::format("{}/{}/{}", shape, variant.material, size_name(variant));
+}
+
 namespace {
 
 /// An instance's own size, drawn within three deviations; six digits, for its key. Not one of

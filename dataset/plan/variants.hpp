@@ -22,6 +22,8 @@ struct Variant {
 /// What tells a variant from others of its material: its size, or its pitch as 440Hz and, where the
 /// mode is not the lowest, 440Hz-mode-2. Part of keys.
 std::string size_name(const Variant& variant);
+/// Shape, material and size of an object, as keys of its samples begin: "bowl-003/glass/1".
+std::string object_name(const std::string& shape, const Variant& variant);
 
 /// Every material and size of a shape, drawn ones among them.
 /// @param id  of the shape

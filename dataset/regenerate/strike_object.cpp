@@ -24,8 +24,7 @@ PlannedObject find_object(const plan::BuildPlan& plan, const std::string& name) 
   for (const plan::Shape& shape : plan.shapes) {
     for (std::size_t v = 0; v < shape.variants.size(); ++v) {
       if (!shape.variants[v].sounds) continue;
-      const std::string own = fmt::format("{}/{}/{}", shape.id, shape.variants[v].material,
-                                          plan::size_name(shape.variants[v]));
+      const std::string own = plan::object_name(shape.id, shape.variants[v]);
       if (own == name) return {&shape, v};
       if (!own.starts_with(name + "/")) continue;
       (found ? other : first) = own;

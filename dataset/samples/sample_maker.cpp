@@ -43,9 +43,7 @@ struct SampleMaker::Impl {
     if (!ready[v]) {
       auto made = std::make_unique<Ready>();
       made->modes = modes.of(v);
-      made->object = chain.prepare(shape.id,
-                                   fmt::format("{}/{}/{}", shape.id, shape.variants[v].material,
-                                               plan::size_name(shape.variants[v])),
+      made->object = chain.prepare(shape.id, plan::object_name(shape.id, shape.variants[v]),
                                    made->modes, modes.materials(v));
       ready[v] = std::move(made);
     }

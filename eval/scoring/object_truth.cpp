@@ -50,9 +50,8 @@ TrueObjects open_true_objects(const std::filesystem::path& folder,
       const dataset::plan::Variant& variant = shape.variants[v];
       if (!variant.sounds) continue;
       place[{s, v}] = truth.objects.size();
-      truth.objects.push_back(true_object(
-          fmt::format("{}/{}/{}", shape.id, variant.material, dataset::plan::size_name(variant)),
-          solved, v));
+      truth.objects.push_back(
+          true_object(dataset::plan::object_name(shape.id, variant), solved, v));
     }
   }
   for (const dataset::plan::Sample& sample : plan.samples) {

@@ -21,19 +21,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// x,y,z with the units that the command line's --at takes.
-std::optional<Vec3> position_in(const std::string& name, const std::string& text) {
-  if (text.empty()) return std::nullopt;
-  try {
-    const auto values = core::parse_quantities(text, core::Dimension::length);
-    if (values.size() == 3) return Vec3(values[0], values[1], values[2]);
-  } catch (const core::InputError& error) {
-    throw core::InputError(fmt::format("{}: {}", name, error.message()), error.hint());
-  }
-  throw core::InputError(fmt::format("{} \"{}\" has no three values", name, text),
-                         "x,y,z in metres, as in 0.05,0.02,0");
-}
-
 std::string wav_bytes(const StruckInScene& sound) {
   const core::TemporaryFolder folder;
   const fs::path path = folder / "sound.wav";
@@ -58,10 +45,13 @@ HttpReply StrikeAnswer::operator()(const HttpRequest& request) {
   const std::string dataset = options.text("dataset", "");
   const std::string as = options.text("as", "wav");
   scene::SingleStrike strike;
-  strike.known.position = position_in("at", options.text("at", ""));
-  if (const auto direction = position_in("direction", options.text("direction", ""))) {
-    if (!(direction->norm() > 0)) throw core::InputError("direction has no length");
-    strike.known.direction = direction->normalized();
+  if (const std::string at = options.text("at", ""); !at.empty()) {
+    strike.known.position = core::parse_position(at, "at");
+  }
+  if (const std::string way = options.text("direction", ""); !way.empty()) {
+    const Vec3 direction = core::parse_position(way, "direction");
+    if (!(direction.norm() > 0)) throw core::InputError("direction has no length");
+    strike.known.direction = direction.normalized();
   }
   strike.seed = options.count("seed", 1, 0, std::numeric_limits<std::int64_t>::max());
   if (object.empty()) {

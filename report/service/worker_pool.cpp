@@ -1,22 +1,18 @@
 #include "report/service/worker_pool.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <array>
 #include <cerrno>
 #include <chrono>
 #include <csignal>
 #include <cstring>
 #include <optional>
 #include <thread>
-#include <utility>
 
 #include "core/child_process.hpp"
 #include "core/error.hpp"
-#include "core/storage_error.hpp"
 #include "core/trace.hpp"
 #include "report/service/detail/frames.hpp"
 
@@ -26,25 +22,6 @@ namespace {
 
 constexpr double ready_within = 120;  ///< [s] networks are loaded in seconds
 constexpr double ends_within = 5;     ///< [s] once its requests have ended
-
-/// A pipe whose ends close with it, as far as they were not taken.
-struct WorkerPipe {
-  std::array<int, 2> ends{-1, -1};
-  WorkerPipe() {
-    if (pipe2(ends.data(), O_CLOEXEC) != 0) {
-      throw core::StorageError(fmt::format("no pipe to a worker: {}", std::strerror(errno)),
-                               "more files are open than the system lets be: see ulimit -n");
-    }
-  }
-  ~WorkerPipe() {
-    for (const int end : ends) {
-      if (end >= 0) ::close(end);
-    }
-  }
-  WorkerPipe(const WorkerPipe&) = delete;
-  WorkerPipe& operator=(const WorkerPipe&) = delete;
-  int take(std::size_t end) { return std::exchange(ends.at(end), -1); }
-};
 
 }  // namespace
 
@@ -57,9 +34,9 @@ class WorkerPool::Worker {
   void start(const WorkerOptions& options, bool& identifies) {
     if (frames_) return;
     {
-      WorkerPipe questions, answers;
+      core::ChildPipe questions, answers;
       pid_ = core::start_child(options.program, options.arguments,
-                               {questions.ends[0], answers.ends[1], 2});
+                               {questions.end(0), answers.end(1), 2});
       question_ = questions.take(1);
       answer_ = answers.take(0);
     }

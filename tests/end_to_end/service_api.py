@@ -120,7 +120,7 @@ class ServiceApi(FolderTest):
         found = self.server.ask_json("/v1/features?max_features=1", bell)[1]["features"][0]["frequency_hz"]
         nearest = min(abs(mode["frequency_hz"] / found - 1) for mode in modes["modes"])
         self.assertLess(nearest, 1e-3)
-        for query, message in [("object=bar-000&at=1,2", "no three values"), ("object=bar&x=1", 'no option "x"'),
+        for query, message in [("object=bar-000&at=1,2", "2 values instead of three"), ("object=bar&x=1", 'no option "x"'),
                                ("object=bar-", 'no object "bar-"'), ("", "no object"),
                                ("object=bell&material=cheese", "cheese"),
                                ("object=/etc/passwd&material=steel", "/etc/passwd"),

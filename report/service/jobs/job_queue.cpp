@@ -30,7 +30,7 @@ constexpr std::chrono::seconds slurm_look{5};  // its controller serves others, 
 /// What was asked to stop is ended by force after so long [s]: a build ends its running tasks.
 constexpr double patience = 60;
 /// What ends without a word is started so often.
-constexpr int most_starts = 3;
+constexpr int max_starts = 3;
 
 }  // namespace
 
@@ -187,9 +187,9 @@ void JobQueue::run(Lane lane) {
 
 /// What is asked of the system or of Slurm, which may take its time: others ask the queue
 /// meanwhile.
-/// @return whether it was done
-bool JobQueue::outside(std::unique_lock<std::mutex>& lock, int id,
-                       const std::function<void()>& action) {
+/// @return why it could not be done; "": it was
+std::string JobQueue::outside(std::unique_lock<std::mutex>& lock, int id,
+                              const std::function<void()>& action) {
   lock.unlock();
   std::string problem;
   try {
@@ -199,7 +199,7 @@ bool JobQueue::outside(std::unique_lock<std::mutex>& lock, int id,
     spdlog::warn("job {}: {}", id, problem);
   }
   lock.lock();
-  return problem.empty();
+  return problem;
 }
 
 /// Settles those whose process has ended, and stops what is to be stopped.
@@ -260,14 +260,8 @@ void JobQueue::start(Job& job, std::unique_lock<std::mutex>& lock) {
   ++job.starts;
   starting_.insert(job.id);
   nlohmann::json process;
-  std::string problem;
-  outside(lock, job.id, [&, copy = job] {
-    try {
-      process = start_process(folder_of(copy.id), copy, options_.launcher, options_.program);
-    } catch (const std::exception& error) {
-      problem = error.what();
-      throw;
-    }
+  const std::string problem = outside(lock, job.id, [&, copy = job] {
+    process = start_process(folder_of(copy.id), copy, options_.launcher, options_.program);
   });
   starting_.erase(job.id);
   job.process = std::move(process);
@@ -275,7 +269,7 @@ void JobQueue::start(Job& job, std::unique_lock<std::mutex>& lock) {
     job.state = job.process.contains("slurm") ? JobState::queued : JobState::running;
   } else if (job.cancelled) {
     job.state = JobState::cancelled;
-  } else if (job.starts >= most_starts) {
+  } else if (job.starts >= max_starts) {
     job.state = JobState::failed;
     job.exit_code = -1;
     job.why = problem;
@@ -291,7 +285,7 @@ void JobQueue::settle(Job& job, const JobProcess& process) {
   const bool done = process.exit_code == 0;
   if (job.cancelled && !done) {
     job.state = JobState::cancelled;
-  } else if (!done && (was_stopped || (!process.exit_code && job.starts < most_starts))) {
+  } else if (!done && (was_stopped || (!process.exit_code && job.starts < max_starts))) {
     job.state = JobState::queued;
     if (was_stopped) --job.starts;  // no fault of its own
   } else {

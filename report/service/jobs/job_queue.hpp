@@ -64,8 +64,8 @@ class JobQueue {
   std::filesystem::path folder_of(int id) const;
   void load();
   void run(Lane lane);
-  static bool outside(std::unique_lock<std::mutex>& lock, int id,
-                      const std::function<void()>& action);
+  static std::string outside(std::unique_lock<std::mutex>& lock, int id,
+                             const std::function<void()>& action);
   void look_after(Lane lane, std::unique_lock<std::mutex>& lock);
   bool is_busy(Lane lane) const;
   void start_next(Lane lane, std::unique_lock<std::mutex>& lock);
