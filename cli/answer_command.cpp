@@ -112,7 +112,11 @@ void add_answer(Program& program, Context& context, IdentifierMaker identifier) 
       "A request is a line of JSON and the bytes that it announces:\n"
       "  {\"path\": \"/v1/features\", \"query\": {\"max_features\": \"20\"}, \"parts\": [[\"\", "
       "88244]]}\n"
-      "and so is its answer: {\"status\", \"type\", \"bytes\"}. docs/service.md");
+      "and so is its answer: {\"status\", \"type\", \"bytes\"}. docs/service.md\n"
+      "\n"
+      "Examples:\n"
+      "  carillon answer < requests > answers\n"
+      "  carillon answer carillon-smoke --models carillon-learning-smoke < requests > answers");
   if (identifier == nullptr) {
     command.begins_with([&context, options] {
       if (!options->models.empty()) become_learner(context.arguments);

@@ -114,6 +114,10 @@ class Views:
     def moved(self, vertices):
         return numpy.array([self.js("return window.carillon.drawn(arguments[0])", int(vertex)) for vertex in vertices])
 
+    def drawn_twice(self):
+        """Waits for two more of the screen's pictures: those that were asked for before are drawn by then."""
+        self.driver.execute_async_script("requestAnimationFrame(() => requestAnimationFrame(arguments[0]))")
+
     @needs_browser
     def test_a_mode_moves_as_its_modes_file_says_and_stops(self):
         self.open()
@@ -131,26 +135,27 @@ class Views:
             stored = shapes[mode + body["modes_below"], at]
             largest = numpy.linalg.norm(shapes[mode + body["modes_below"]], axis=1).max()
             # All points move together, by the same multiple of what the file says.
+            radius = numpy.linalg.norm(rest - (rest.max(axis=0) + rest.min(axis=0)) / 2, axis=1).max()
             multiples = set()
-            until = time.monotonic() + 60  # software draws some frames a second at the best
-            while len(multiples) < 5 and time.monotonic() < until:
+            # Software draws some frames a second at the best, and perhaps one in each period.
+            until = time.monotonic() + 180
+            while (len(multiples) < 5 or max(multiples) - min(multiples) < 0.05 * radius) and time.monotonic() < until:
                 drawn = numpy.array(self.js("return arguments[0].map((vertex) => window.carillon.drawn(vertex))", vertices.tolist()))
                 multiple = ((drawn - rest[vertices]) * stored).sum() / (stored**2).sum()
                 numpy.testing.assert_allclose(drawn, rest[vertices] + multiple * stored, atol=0.01 * abs(multiple) * largest + 1e-9)
                 multiples.add(round(multiple * largest, 5))
                 time.sleep(0.1)
-            self.assertEqual(len(multiples), 5)
-            radius = numpy.linalg.norm(rest - (rest.max(axis=0) + rest.min(axis=0)) / 2, axis=1).max()
+            self.assertGreaterEqual(len(multiples), 5)
             self.assertLess(max(map(abs, multiples)), 0.1201 * radius)
             self.assertGreater(max(multiples) - min(multiples), 0.05 * radius)
         self.press("Pause")
+        self.drawn_twice()
         before, still = self.seen(), self.moved(vertices)
         time.sleep(0.5)
         numpy.testing.assert_array_equal(self.moved(vertices), still)
         self.assertEqual(self.differ(before, self.seen()), 0)
         self.press("Play")
-        pictures = [self.seen() for _ in range(3)]
-        self.assertGreater(max(self.differ(before, one) for one in pictures), 0.01)
+        self.assertTrue(any(self.differ(before, self.seen()) > 0.01 for _ in range(30)))
         frequency = numpy.sqrt(array(body["eigenvalues"], "f8", 1)[3, 0]) / 2 / numpy.pi
         said = self.js("return document.querySelector('.swing .note').textContent")
         slower = float(re.search(r"([0-9.,]+) times as long", said)[1].replace(",", ""))
