@@ -84,6 +84,11 @@ nlohmann::json list_supports() {
     list.push_back({{"name", kind.name},
                     {"coefficient_s_per_m", kind.coefficient},
                     {"friction", kind.friction},
+                    {"stiffness_n_per_m", kind.stiffness},
+                    {"resistance_ns_per_m", kind.resistance},
+                    {"bed_stiffness_n_per_m3", kind.bed_stiffness},
+                    {"bed_resistance_ns_per_m3", kind.bed_resistance},
+                    {"shear", kind.shear},
                     {"source", kind.source}});
   }
   return list;

@@ -52,22 +52,11 @@ void SoundChain::run(std::function<void(Subject&)> EffectParts::*stage, Subject&
   }
 }
 
-RingingObject SoundChain::prepare(const std::string& shape, const std::string& id,
-                                  const solvers::modes::Modes& modes,
-                                  const std::vector<synth::material::Material>& materials) {
-  return prepare(shape, id, modes, materials, scene_.listeners);
-}
+namespace {
 
-RingingObject SoundChain::prepare_moving(const std::string& shape, const std::string& id,
-                                         const solvers::modes::Modes& modes,
-                                         const std::vector<synth::material::Material>& materials) {
-  return prepare(shape, id, modes, materials, {});
-}
-
-RingingObject SoundChain::prepare(const std::string& shape, const std::string& id,
-                                  const solvers::modes::Modes& modes,
-                                  const std::vector<synth::material::Material>& materials,
-                                  std::span<const synth::modal::Listener> listeners) {
+RingingObject object_of(const std::string& shape, const std::string& id,
+                        const solvers::modes::Modes& modes,
+                        const std::vector<synth::material::Material>& materials) {
   RingingObject object;
   object.id = id;
   object.shape = shape;
@@ -76,9 +65,29 @@ RingingObject SoundChain::prepare(const std::string& shape, const std::string& i
   object.decay_rates.assign(modes.size(), 0.0);
   const solvers::mesh::Box box = solvers::mesh::bounding_box(modes.surface.nodes);
   object.centre = 0.5 * (box.low + box.high);
-  for (const synth::modal::Listener& listener : listeners) {
+  return object;
+}
+
+}  // namespace
+
+RingingObject SoundChain::prepare(const std::string& shape, const std::string& id,
+                                  const solvers::modes::Modes& modes,
+                                  const std::vector<synth::material::Material>& materials) {
+  RingingObject object = object_of(shape, id, modes, materials);
+  for (const synth::modal::Listener& listener : scene_.listeners) {
     object.listeners.push_back({object.centre + listener.position});
   }
+  run(&EffectParts::object, object);
+  return object;
+}
+
+RingingObject SoundChain::prepare_moving(const std::string& shape, const std::string& id,
+                                         const solvers::modes::Modes& modes,
+                                         const std::vector<synth::material::Material>& materials,
+                                         const SupportsConfig* held_by) {
+  RingingObject object = object_of(shape, id, modes, materials);
+  object.moves = true;
+  object.held_by = held_by;
   run(&EffectParts::object, object);
   return object;
 }

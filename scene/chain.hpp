@@ -27,11 +27,13 @@ class SoundChain {
                         const solvers::modes::Modes& modes,
                         const std::vector<synth::material::Material>& materials);
 
-  /// The same of an object that moves, whose pressure follows from its `field` at each of its
-  /// poses.
+  /// The same of an object in a scene that moves, whose pressure follows from its `field` at each
+  /// of its poses.
+  /// @param held_by  what fixes it; null: it is free. Must outlive the object
   RingingObject prepare_moving(const std::string& shape, const std::string& id,
                                const solvers::modes::Modes& modes,
-                               const std::vector<synth::material::Material>& materials);
+                               const std::vector<synth::material::Material>& materials,
+                               const SupportsConfig* held_by);
 
   /// Makes the audio of a sound whose object, strike and keys are set: rows x samples at full
   /// scale.
@@ -42,10 +44,6 @@ class SoundChain {
   void finish(Sound& sound);
 
  private:
-  RingingObject prepare(const std::string& shape, const std::string& id,
-                        const solvers::modes::Modes& modes,
-                        const std::vector<synth::material::Material>& materials,
-                        std::span<const synth::modal::Listener> listeners);
   template <class Subject>
   void run(std::function<void(Subject&)> EffectParts::*stage, Subject& subject);
 

@@ -16,16 +16,21 @@
 namespace carillon::scene {
 
 struct Scene;
+struct SupportsConfig;
 
 /// An object that is about to ring: at its size and of its materials, its own damping known.
 struct RingingObject {
-  std::string id;                                ///< shape/material/size
-  std::string shape;                             ///< the same in all of its materials and sizes
-  const solvers::modes::Modes* modes = nullptr;  ///< at the object's size
+  std::string id;     ///< shape/material/size
+  std::string shape;  ///< the same in all of its materials and sizes
+  const solvers::modes::Modes* modes =
+      nullptr;  ///< at the object's size, as what holds it leaves them
+  std::shared_ptr<const solvers::modes::Modes> held = {};  ///< keeps them where springs hold it
   const std::vector<synth::material::Material>* materials =
       nullptr;                                    ///< one per region of the modes
   std::vector<double> decay_rates;                ///< d of each mode [1/s]
   Vec3 centre = Vec3::Zero();                     ///< of its bounding box [m]
+  bool moves = false;                             ///< in a scene that does
+  const SupportsConfig* held_by = nullptr;        ///< in such a scene, what holds it; null: nothing
   std::vector<synth::modal::Listener> listeners;  ///< in the object's coordinates; may be empty
   /// Pressure at the listeners per modal motion; without rows the dry signal is heard. Made once
   /// for an object, as it does not depend on the strike.

@@ -82,12 +82,12 @@ StrikeConfig read_strikes(ConfigNode node, const std::string& file_name) {
   return strikes;
 }
 
-/// What says how objects are struck or held has no meaning where they move.
+/// What says how objects are struck has no meaning where they move.
 void refuse_strikes(const ConfigNode& root) {
-  for (const char* key : {"strikes", "striker", "supports"}) {
+  for (const char* key : {"strikes", "striker"}) {
     if (!root.has(key)) continue;
     root.fail(key, "goes with objects that are struck, not with `motion`",
-              "strikes and supports follow from the motion; remove one of the two");
+              "strikes follow from the motion; remove one of the two");
   }
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <numbers>
 #include <set>
 
@@ -358,8 +359,13 @@ BuildConfig read_build_config(const std::string& text, const std::string& file_n
   scene::read_modes(root.child("modes"), config.scene.audio.sample_rate, config);
   check_tuning(root, config);
   if (root.has("motion")) {
-    config.motion = scene::motion::read_motion(root.child("motion"), file_name,
-                                               cast_objects(config), config.own_materials);
+    std::shared_ptr<const scene::SupportsConfig> supports;
+    if (root.has("supports")) {
+      core::ConfigNode node = root.child("supports");
+      supports = std::make_shared<const scene::SupportsConfig>(scene::read_supports(node, true));
+    }
+    config.motion = scene::motion::read_motion(
+        root.child("motion"), file_name, cast_objects(config), config.own_materials, supports);
     check_cast(root, config);
     if (!config.scene.runs("motion")) {
       root.child("effects").fail("motion", "cannot be off where there is `motion:`",

@@ -56,8 +56,9 @@ std::size_t variant_of(const plan::Shape& shape, const std::string& material, do
 
 }  // namespace
 
-const Actor& Actors::of(std::size_t shape, const std::string& material, double size) {
-  std::unique_ptr<Actor>& actor = actors_[{shape, material, size}];
+const Actor& Actors::of(std::size_t shape, const std::string& material, double size,
+                        const std::shared_ptr<const scene::SupportsConfig>& held_by) {
+  std::unique_ptr<Actor>& actor = actors_[{shape, material, size, held_by.get()}];
   if (actor) return *actor;
   const plan::Shape& body = plan_.shapes[shape];
   auto found = shapes_.find(shape);
@@ -81,7 +82,7 @@ const Actor& Actors::of(std::size_t shape, const std::string& material, double s
   made->surface = solvers::modes::flatten(made->modes.surface);
   made->box = solvers::mesh::bounding_box(made->modes.surface.nodes);
   made->ringing = chain_.prepare_moving(body.id, fmt::format("{}/{}/{}", body.id, material, size),
-                                        made->modes, modes.materials(v));
+                                        made->modes, modes.materials(v), held_by.get());
   made->looks = looks_of(body, modes.materials(v), modes.looks(), made->modes.surface);
   if (config_.scene.runs("click")) {
     made->click = synth::contact::rigid_source(made->modes.surface, made->modes.mass);
@@ -253,13 +254,13 @@ SimulationStage set_stage(const configuration::BuildConfig& config, const std::v
   for (std::size_t b = 0; b < roles.size(); ++b) {
     const Role& role = roles[b];
     const scene::motion::CastBody& cast = motion.bodies[b];
-    const Actor& actor = actors.of(role.shape, role.material, role.size);
+    const Actor& actor = actors.of(role.shape, role.material, role.size, cast.held_by);
     numbers[role.name] = stage.names.size();
     stage.names.push_back(role.name);
     stage.actors.push_back(&actor);
     stage.moving.push_back(make_body(cast, role, actor, textures));
     synth::motion::SoundingBody sounding;
-    sounding.modes = &actor.modes;
+    sounding.modes = actor.ringing.modes;
     sounding.decay_rates = actor.ringing.decay_rates;
     sounding.field = actor.ringing.field.get();
     sounding.rests = synth::support::parse_support(cast.rests);

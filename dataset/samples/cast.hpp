@@ -15,7 +15,7 @@ namespace carillon::dataset::samples {
 
 /// A body at its size and of its material, as a motion needs it.
 struct Actor {
-  solvers::modes::Modes modes;
+  solvers::modes::Modes modes;  ///< as if it were free; those it has are `ringing`'s
   scene::RingingObject ringing;
   synth::surface::RigidBody rigid;
   std::vector<std::vector<Vec3>> hulls;              ///< at its size [m]
@@ -33,10 +33,12 @@ class Actors {
          const BuildFolders& folders, scene::SoundChain& chain)
       : config_(config), plan_(plan), folders_(folders), chain_(chain) {}
 
-  /// @param shape  its number in the plan
+  /// @param shape    its number in the plan
+  /// @param held_by  what fixes it; null: it is free
   /// @throws FileError   its modes file is missing or damaged
   /// @throws InputError  it has no such variant, or no hull
-  const Actor& of(std::size_t shape, const std::string& material, double size);
+  const Actor& of(std::size_t shape, const std::string& material, double size,
+                  const std::shared_ptr<const scene::SupportsConfig>& held_by);
 
  private:
   const configuration::BuildConfig& config_;
@@ -44,7 +46,8 @@ class Actors {
   BuildFolders folders_;
   scene::SoundChain& chain_;
   std::map<std::size_t, ShapeModes> shapes_;
-  std::map<std::tuple<std::size_t, std::string, double>, std::unique_ptr<Actor>> actors_;
+  using Key = std::tuple<std::size_t, std::string, double, const scene::SupportsConfig*>;
+  std::map<Key, std::unique_ptr<Actor>> actors_;
 };
 
 /// Who plays in a simulation: what was drawn for each body of the cast.

@@ -3,12 +3,13 @@
 namespace carillon::scene {
 
 std::span<const Effect> effects() {
-  // The recorder's shift comes before the noise, which is there before the sound.
+  // What holds an object changes what it radiates; the recorder's shift comes before the noise,
+  // which is there before the sound.
   static const Effect all[] = {damping_effect,
                                striker_effect,
                                contact_effect,
-                               radiation_effect,
                                supports_effect,
+                               radiation_effect,
                                click_effect,
                                room_effect,
                                tail_effect,

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <set>
 
+#include "core/error.hpp"
 #include "scene/motion/texture_config.hpp"
 #include "scene/picture.hpp"
 #include "synth/support/supports.hpp"
@@ -59,6 +60,33 @@ const CastObject& find_object(const ConfigNode& node, const std::string& name,
                          : fmt::format("did you mean \"{}\"?", near));
 }
 
+/// What touches damps under its force; what bears and fixes has no such coefficient.
+void check_touch(const ConfigNode& node, const std::string& rests) {
+  at_key(node, "rests", [&] {
+    if (synth::support::parse_support(rests).coefficient > 0) return;
+    throw core::InputError(fmt::format("{} bears and fixes, it does not damp under a force", rests),
+                           "write finger, string, foam or table");
+  });
+}
+
+/// What holds a body that is fixed.
+std::shared_ptr<const SupportsConfig> read_held_by(
+    ConfigNode& node, const CastBody& body, const std::shared_ptr<const SupportsConfig>& supports) {
+  if (!body.fixed) {
+    if (node.has("supports")) {
+      node.fail("supports", "hold what is fixed; a free body is held by what it touches",
+                "write fixed: true, or leave supports out");
+    }
+    return nullptr;
+  }
+  if (node.has("supports")) {
+    ConfigNode own = node.child("supports");
+    return std::make_shared<const SupportsConfig>(read_supports(own, true));
+  }
+  if (supports) return supports;
+  return std::make_shared<const SupportsConfig>(standing_on(body.rests));
+}
+
 /// Of one entry of `bodies`; `repeat` gives the further ones.
 CastBody read_body(ConfigNode& node, const std::string& file_name,
                    const std::vector<CastObject>& objects) {
@@ -98,7 +126,7 @@ CastBody read_body(ConfigNode& node, const std::string& file_name,
   body.surface = read_surface(node);
   body.edge_radius = node.positive("edge_radius", Dimension::length, body.edge_radius);
   body.rests = node.text("rests", body.rests);
-  at_key(node, "rests", [&] { return synth::support::parse_support(body.rests); });
+  check_touch(node, body.rests);
   body.texture = read_texture(node, file_name, true);
   return body;
 }
@@ -111,10 +139,12 @@ void shift(Ranges3& ranges, const std::vector<double>& step, int times) {
 }
 
 void read_bodies(ConfigNode& node, const std::string& file_name,
-                 const std::vector<CastObject>& objects, MotionConfig& motion) {
+                 const std::vector<CastObject>& objects,
+                 const std::shared_ptr<const SupportsConfig>& supports, MotionConfig& motion) {
   std::size_t number = 0;
   for (ConfigNode& entry : node.children("bodies")) {
     CastBody first = read_body(entry, file_name, objects);
+    first.held_by = read_held_by(entry, first, supports);
     first.entry = number++;
     int count = 1;
     std::vector<double> step = {0, 0, 0}, turn = {0, 0, 0};
@@ -166,7 +196,7 @@ void read_strings(ConfigNode& node, MotionConfig& motion) {
     string.anchor = point(entry, "anchor", {});
     string.length = entry.not_negative("length", Dimension::length, 0);
     string.rests = entry.text("rests", string.rests);
-    at_key(entry, "rests", [&] { return synth::support::parse_support(string.rests); });
+    check_touch(entry, string.rests);
     motion.strings.push_back(string);
   }
 }
@@ -258,7 +288,8 @@ GroundConfig read_ground(ConfigNode node, const std::string& file_name,
 
 MotionConfig read_motion(ConfigNode node, const std::string& file_name,
                          const std::vector<CastObject>& objects,
-                         const std::vector<synth::material::Material>& own_materials) {
+                         const std::vector<synth::material::Material>& own_materials,
+                         const std::shared_ptr<const SupportsConfig>& supports) {
   MotionConfig motion;
   motion.simulations = static_cast<int>(node.integer("simulations", 1, 1000000, 1));
   motion.options.time_step = node.quantity("time_step", Dimension::time, 0.001);
@@ -280,7 +311,7 @@ MotionConfig read_motion(ConfigNode node, const std::string& file_name,
   if (node.has("camera")) motion.camera = read_camera(node.child("camera"));
   if (node.has("ground"))
     motion.ground = read_ground(node.child("ground"), file_name, own_materials);
-  read_bodies(node, file_name, objects, motion);
+  read_bodies(node, file_name, objects, supports, motion);
   read_strings(node, motion);
   if (node.has("stylus")) motion.stylus = read_stylus(node.child("stylus"), motion);
   const std::size_t pictured = motion.bodies.size() + (motion.stylus ? 1 : 0);

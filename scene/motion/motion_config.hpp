@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -8,6 +9,7 @@
 #include "core/config.hpp"
 #include "render/scene_frame.hpp"
 #include "scene/motion/texture_config.hpp"
+#include "scene/support_config.hpp"
 #include "synth/material/material.hpp"
 #include "synth/motion/lasting_force.hpp"
 #include "synth/motion/motion.hpp"
@@ -42,6 +44,8 @@ struct CastBody {
   SurfaceConfig surface;
   double edge_radius = 0.001;   ///< of what strikes, where it is no ball [m]
   std::string rests = "table";  ///< kind of support that lasting contacts are
+  /// Of what is fixed: what holds it. Its own, else the scene's, else it stands on `rests`.
+  std::shared_ptr<const SupportsConfig> held_by;
   std::optional<TextureConfig> texture;
 };
 
@@ -109,9 +113,11 @@ struct CastObject {
 };
 
 /// Reads `motion`.
+/// @param supports  the scene's, which hold what is fixed and has none of its own; null: none
 /// @throws ConfigError
 MotionConfig read_motion(core::ConfigNode node, const std::string& file_name,
                          const std::vector<CastObject>& objects,
-                         const std::vector<synth::material::Material>& own_materials);
+                         const std::vector<synth::material::Material>& own_materials,
+                         const std::shared_ptr<const SupportsConfig>& supports);
 
 }  // namespace carillon::scene::motion

@@ -48,10 +48,10 @@ struct MotionSound {
 /// Every impact strikes both of its bodies, with opposite impulses, at the surface's nearest points
 /// and for Hertz's duration. Lasting contacts drive both (LastingForces). While a contact lasts it
 /// damps the modes of its bodies by what they rest as: coefficient times normal force, at the
-/// contact's place, step by step (the diagonal of unit_dashpots()); strings do so by their tension.
-/// At listeners (world coordinates) gains follow the bodies' poses, and sounds arrive after their
-/// time of flight from the body's centroid. Without listeners there is one dry row, the sum of all
-/// bodies' mean_square_velocity(). Bodies do not shade or reflect each other's sound.
+/// contact's place, step by step (the diagonal of contact_factor()); strings do so by their
+/// tension. At listeners (world coordinates) gains follow the bodies' poses, and sounds arrive
+/// after their time of flight from the body's centroid. Without listeners there is one dry row, the
+/// sum of all bodies' mean_square_velocity(). Bodies do not shade or reflect each other's sound.
 ///
 /// @param moving  bodies of the motion, as it moved them
 /// @param bodies  the same as they sound: those without modes are silent

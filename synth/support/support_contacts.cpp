@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "core/error.hpp"
 #include "synth/surface/outer_surface.hpp"
@@ -29,10 +30,11 @@ std::array<Corners, 4> quarters(const Corners& c) {
   return {Corners{c[0], ab, ca}, Corners{ab, c[1], bc}, Corners{ca, bc, c[2]}, Corners{ab, bc, ca}};
 }
 
+/// Of the force, by their areas.
 void share_out(std::vector<Contact>& contacts) {
   double total = 0;
-  for (const Contact& contact : contacts) total += contact.fraction;
-  for (Contact& contact : contacts) contact.fraction /= total;
+  for (const Contact& contact : contacts) total += contact.area;
+  for (Contact& contact : contacts) contact.fraction = contact.area / total;
 }
 
 /// Adds what lies within the radius; pieces are cut until they are small beside it.
@@ -55,7 +57,7 @@ void add_within(const surface::SurfaceTriangle& triangle, const Vec3& centre, do
   if (distance > radius || !(area > 0)) return;
   const modal::SurfacePoint point{
       triangle.face, (triangle.corners[0] + triangle.corners[1] + triangle.corners[2]) / 3};
-  contacts.push_back({point, modal::frame_at(surface, point).normal, area});
+  contacts.push_back({point, modal::frame_at(surface, point).normal, 1, area});
 }
 
 /// The part of a triangle at least `level` deep along `down`, as one contact at its centroid.
@@ -90,7 +92,7 @@ void add_below(const surface::SurfaceTriangle& triangle, const Vec3& down, doubl
     on_face += centroid[static_cast<Eigen::Index>(k)] * triangle.corners[k];
   }
   contacts.push_back(
-      {{triangle.face, on_face}, down, fraction * surface::area_vector(triangle).norm()});
+      {{triangle.face, on_face}, down, 1, fraction * surface::area_vector(triangle).norm()});
 }
 
 void check_length(double length, const char* name) {
@@ -185,6 +187,11 @@ std::vector<Contact> edge_contacts(const solvers::modes::ModeSurface& surface,
     contacts.push_back({point, modal::frame_at(surface, point).normal, 1.0 / points});
   }
   return contacts;
+}
+
+double area_of(std::span<const Contact> contacts) {
+  return std::accumulate(contacts.begin(), contacts.end(), 0.0,
+                         [](double sum, const Contact& contact) { return sum + contact.area; });
 }
 
 Vec3 centre_of(const solvers::modes::ModeSurface& surface, std::span<const Contact> contacts) {

@@ -14,6 +14,7 @@ struct Contact {
   modal::SurfacePoint point;
   Vec3 normal;          ///< unit vector of the contact; its sign does not matter
   double fraction = 1;  ///< of the support's force; the fractions of one support sum to 1
+  double area = 0;      ///< that it stands for [m^2]; 0: a point
 };
 
 /// One point, with the surface's own normal.
@@ -44,6 +45,9 @@ std::vector<Contact> lowest_contacts(const solvers::modes::ModeSurface& surface,
 std::vector<Contact> edge_contacts(const solvers::modes::ModeSurface& surface,
                                    const modal::SurfaceSampler& sampler,
                                    std::span<const Vec3> polyline, int points);
+
+/// All that touches [m^2].
+double area_of(std::span<const Contact> contacts);
 
 /// Mean position of contacts, weighted by their shares [m].
 Vec3 centre_of(const solvers::modes::ModeSurface& surface, std::span<const Contact> contacts);

@@ -1,10 +1,12 @@
 #include "synth/support/supports.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <Eigen/Geometry>
 #include <Eigen/QR>
 #include <cmath>
+#include <utility>
 
 #include "core/error.hpp"
 #include "core/units.hpp"
@@ -23,7 +25,7 @@ bool finite_and_not_negative(double value) {
 
 /// @param unit_trace  of the damping for 1 N s/m
 void check_press(double coefficient, double force, double unit_trace) {
-  check_support({"", coefficient, 0, ""});
+  check_support({.name = "", .coefficient = coefficient});
   if (!finite_and_not_negative(force)) {
     throw core::InputError(
         fmt::format("support: the force must be finite and not negative, not {} N", force));
@@ -40,10 +42,42 @@ void check_press(double coefficient, double force, double unit_trace) {
 
 const std::vector<SupportKind>& preset_supports() {
   static const std::vector<SupportKind> presets = {
-      {"finger", 1.0, 0.8, "chosen: 1 N s/m for a touch of 1 N; skin grips"},
-      {"string", 0.05, 0.3, "chosen: a thread gives way and takes little"},
-      {"foam", 0.5, 0.6, "chosen: soft cells, half of what a finger takes at the same force"},
-      {"table", 3.0, 0.4, "chosen: wood that takes vibration and radiates it"},
+      {.name = "finger",
+       .coefficient = 1.0,
+       .friction = 0.8,
+       .source = "chosen: 1 N s/m for a touch of 1 N; skin grips"},
+      {.name = "string",
+       .coefficient = 0.05,
+       .friction = 0.3,
+       .source = "chosen: a thread gives way and takes little"},
+      {.name = "foam",
+       .coefficient = 0.5,
+       .friction = 0.6,
+       .source = "chosen: soft cells, half of what a finger takes at the same force"},
+      {.name = "table",
+       .coefficient = 3.0,
+       .friction = 0.4,
+       .source = "chosen: wood that takes vibration and radiates it"},
+      {.name = "felt",
+       .source = "chosen: a strip of 5 mm, 0.5 MPa, a loss factor of 0.3 at 500 Hz",
+       .bed_stiffness = 1e8,
+       .bed_resistance = 1e4,
+       .shear = 0.4},
+      {.name = "rubber",
+       .source = "chosen: a foot of 10 mm, 2 MPa, 1 cm^2, a loss factor of 0.1 at 500 Hz",
+       .stiffness = 2e4,
+       .resistance = 0.6,
+       .shear = 0.4},
+      {.name = "screw",
+       .source = "chosen: M5 through 10 mm of steel, 20 mm^2, a loss factor of 0.01 at 2 kHz",
+       .stiffness = 4e8,
+       .resistance = 300},
+      {.name = "soil",
+       .source = "waves into a half space (Lysmer and Kuhlemeyer 1969): dry sand of 1,700 kg/m^3, "
+                 "300 and 150 m/s; Winkler's bed of 30 MN/m^3 (Bowles 1996, table 9-1)",
+       .bed_stiffness = 3e7,
+       .bed_resistance = 5.1e5,
+       .shear = 0.5},
   };
   return presets;
 }
@@ -58,7 +92,7 @@ SupportKind parse_support(const std::string& name) {
   throw core::InputError(
       fmt::format("support: unknown kind \"{}\"{}", name,
                   nearest.empty() ? "" : fmt::format("; did you mean \"{}\"?", nearest)),
-      "kinds are finger, string, foam and table; or give coefficient and friction");
+      fmt::format("kinds are {}; or give own numbers", fmt::join(names, ", ")));
 }
 
 void check_support(const SupportKind& kind) {
@@ -72,11 +106,22 @@ void check_support(const SupportKind& kind) {
     throw core::InputError(
         fmt::format("support: friction must be finite and not negative, not {}", kind.friction));
   }
+  const std::pair<const char*, double> others[] = {{"stiffness", kind.stiffness},
+                                                   {"resistance", kind.resistance},
+                                                   {"bed stiffness", kind.bed_stiffness},
+                                                   {"bed resistance", kind.bed_resistance},
+                                                   {"shear", kind.shear}};
+  for (const auto& [what, value] : others) {
+    if (finite_and_not_negative(value)) continue;
+    throw core::InputError(
+        fmt::format("support: the {} must be finite and not negative, not {}", what, value));
+  }
 }
 
-Eigen::MatrixXd unit_dashpots(const solvers::modes::Modes& modes, std::span<const Contact> contacts,
-                              double friction, const surface::RigidBody* rigid) {
-  check_support({"", 0, friction, ""});
+Eigen::MatrixXd contact_factor(const solvers::modes::Modes& modes,
+                               std::span<const Contact> contacts, double friction,
+                               const surface::RigidBody* rigid) {
+  check_support({.name = "", .friction = friction});
   const Eigen::Index directions = friction > 0 ? 3 : 1;
   const auto n = static_cast<Eigen::Index>(modes.size());
   const Eigen::Index rows = n + (rigid != nullptr ? 6 : 0);

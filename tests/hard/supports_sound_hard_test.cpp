@@ -209,7 +209,7 @@ TEST(SupportsHard, AContactOnANodeLineAddsNothing) {
     const auto contact =
         synth::support::point_contact(modes.surface, sampler.nearest({x * 0.2, 0.005, 0.005}));
     const Eigen::MatrixXd held =
-        synth::support::dashpots(synth::support::unit_dashpots(modes, contact, 0), 1, 1);
+        synth::support::dashpots(synth::support::contact_factor(modes, contact, 0), 1, 1);
     return diagonal_rates(std::vector<double>(modes.size(), 0.0), held)[0];
   };
   EXPECT_LT(added(0.2242), 1e-4 * added(0.5));
@@ -229,7 +229,7 @@ TEST(SupportsHard, ContactOnEveryNode) {
   held.eigenvalues = modes.eigenvalues;
   held.decay_rates.assign(modes.size(), 2.0);
   held.dashpots =
-      synth::support::dashpots(synth::support::unit_dashpots(modes, contacts, 0.5), 1, 5);
+      synth::support::dashpots(synth::support::contact_factor(modes, contacts, 0.5), 1, 5);
   EXPECT_LE(held.dashpots.cols(), static_cast<Eigen::Index>(modes.size()));
   const auto full = synth::support::couple(held.eigenvalues, held.decay_rates, held.dashpots);
   ASSERT_TRUE(full);
@@ -258,7 +258,7 @@ TEST(SupportsHard, CeramicPlateHeldByTwoFingers) {
   const synth::support::SupportKind finger = synth::support::parse_support("finger");
   const synth::surface::RigidBody rigid = synth::surface::rigid_body(modes);
   const Eigen::MatrixXd unit =
-      synth::support::unit_dashpots(modes, contacts, finger.friction, &rigid);
+      synth::support::contact_factor(modes, contacts, finger.friction, &rigid);
   const auto n = static_cast<Eigen::Index>(modes.size());
   double last = 0;
   for (const double force : {0.1, 0.3, 1.0, 3.0, 10.0, 30.0}) {

@@ -154,7 +154,7 @@ TEST(MotionSound, ContactsDampWhileTheyLast) {
   const modal::SurfaceSampler sampler(ball.modes.surface);
   const modal::SurfacePoint point = sampler.nearest({0, 0, -fixed_radius});
   const std::vector<support::Contact> contact = {{point, normal}};
-  const double unit = support::unit_dashpots(ball.modes, contact, 0.3).row(0).squaredNorm();
+  const double unit = support::contact_factor(ball.modes, contact, 0.3).row(0).squaredNorm();
   EXPECT_NEAR(motion::unit_damping(modal::shapes_at(ball.modes, point), normal, 0.3)[0], unit,
               1e-6 * unit);
   expect_damped_from_200_to_400(motion, bodies, 0.5 * 10 * unit / 2);
@@ -175,7 +175,7 @@ TEST(MotionSound, StringsDampByTheirTension) {
   const modal::SurfaceSampler sampler(ball.modes.surface);
   const Vec3 along = (anchor - point).normalized();
   const std::vector<support::Contact> contact = {{sampler.nearest(point), along}};
-  const double unit = support::unit_dashpots(ball.modes, contact, 0.3).row(0).squaredNorm();
+  const double unit = support::contact_factor(ball.modes, contact, 0.3).row(0).squaredNorm();
   expect_damped_from_200_to_400(motion, bodies, 0.5 * 10 * unit / 2);
   motion.tensions.clear();
   EXPECT_THROW(motion::motion_sound(motion, at_rest, bodies, {}, {}), core::InputError);

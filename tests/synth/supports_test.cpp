@@ -80,7 +80,7 @@ TEST(Dashpots, AreThePapersDamping) {
   for (const int count : {1, 2, 40}) {  // 40 have more columns than there are modes
     for (const double friction : {0.0, 0.4, 1.0, 1.5}) {
       const auto contacts = contacts_on(modes, count, 3);
-      const Eigen::MatrixXd unit = support::unit_dashpots(modes, contacts, friction);
+      const Eigen::MatrixXd unit = support::contact_factor(modes, contacts, friction);
       EXPECT_LE(unit.cols(), 6);
       const Eigen::MatrixXd exact = papers_damping(modes, contacts, friction);
       EXPECT_LT((unit * unit.transpose() - exact).norm(), 1e-12 * exact.norm())
@@ -91,7 +91,7 @@ TEST(Dashpots, AreThePapersDamping) {
 
 TEST(Dashpots, GrowWithForceAndCoefficient) {
   const auto modes = wavy_modes(4);
-  const Eigen::MatrixXd unit = support::unit_dashpots(modes, contacts_on(modes, 1, 1), 0.5);
+  const Eigen::MatrixXd unit = support::contact_factor(modes, contacts_on(modes, 1, 1), 0.5);
   const std::vector<double> d = {1, 2, 3, 4};
   const auto soft = diagonal_rates(d, support::dashpots(unit, 0.5, 3));
   const auto hard = diagonal_rates(d, support::dashpots(unit, 2, 6));
@@ -110,7 +110,7 @@ TEST(Dashpots, NeverFeedEnergy) {
     const double friction = *rc::gen::inRange(0, 300) / 100.0;
     const auto contacts = contacts_on(modes, *rc::gen::inRange(1, 12), *rc::gen::inRange(0u, 99u));
     const Eigen::MatrixXd l =
-        support::dashpots(support::unit_dashpots(modes, contacts, friction), 1, 7);
+        support::dashpots(support::contact_factor(modes, contacts, friction), 1, 7);
     const Eigen::MatrixXd g = l * l.transpose();
     const Eigen::VectorXd values =
         Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(g, Eigen::EigenvaluesOnly).eigenvalues();
@@ -127,10 +127,10 @@ TEST(Dashpots, AddNothingOnANodeLine) {
   const auto off_node =
       support::point_contact(modes.surface, sampler.nearest({fixed_radius, 0, 0}));
   const std::vector<double> d = {1, 2};
-  EXPECT_EQ(diagonal_rates(d, support::dashpots(support::unit_dashpots(modes, on_node, 1), 1, 10)),
+  EXPECT_EQ(diagonal_rates(d, support::dashpots(support::contact_factor(modes, on_node, 1), 1, 10)),
             d);
   EXPECT_GT(
-      diagonal_rates(d, support::dashpots(support::unit_dashpots(modes, off_node, 1), 1, 10))[0],
+      diagonal_rates(d, support::dashpots(support::contact_factor(modes, off_node, 1), 1, 10))[0],
       d[0]);
 }
 
@@ -145,7 +145,7 @@ TEST(Dashpots, OfAFreeBodyPushItAsAWhole) {
   for (Eigen::Index k = 0; k < 3; ++k) EXPECT_NEAR(body.inertia[k] / inertia, 1, 0.06);
   const modal::SurfaceSampler sampler(modes.surface);
   const auto contact = support::point_contact(modes.surface, sampler.nearest({0, 0, fixed_radius}));
-  const Eigen::MatrixXd unit = support::unit_dashpots(modes, contact, 0.5, &body);
+  const Eigen::MatrixXd unit = support::contact_factor(modes, contact, 0.5, &body);
   ASSERT_EQ(unit.rows(), 9);
   // Pressed along z, rubbed along x and y: m^-1 (1, mu, mu), and r^2 / I more of mu for rotations.
   const Eigen::MatrixXd g = unit * unit.transpose();
@@ -159,9 +159,9 @@ TEST(Dashpots, OfAFreeBodyPushItAsAWhole) {
 TEST(Dashpots, RefuseWhatIsNotPhysical) {
   const auto modes = wavy_modes(2);
   auto contacts = contacts_on(modes, 1, 1);
-  const Eigen::MatrixXd unit = support::unit_dashpots(modes, contacts, 0.5);
-  EXPECT_THROW(support::unit_dashpots(modes, contacts, -0.1), core::InputError);
-  EXPECT_THROW(support::unit_dashpots(modes, contacts, std::nan("")), core::InputError);
+  const Eigen::MatrixXd unit = support::contact_factor(modes, contacts, 0.5);
+  EXPECT_THROW(support::contact_factor(modes, contacts, -0.1), core::InputError);
+  EXPECT_THROW(support::contact_factor(modes, contacts, std::nan("")), core::InputError);
   EXPECT_THROW(support::dashpots(unit, -1, 1), core::InputError);
   EXPECT_THROW(support::dashpots(unit, 1, -1), core::InputError);
   EXPECT_THROW(support::dashpots(unit, 1, std::nan("")), core::InputError);
@@ -169,7 +169,7 @@ TEST(Dashpots, RefuseWhatIsNotPhysical) {
   EXPECT_THROW(support::dashpots(unit, 1e30, 1e30), core::InputError);
   EXPECT_THROW(diagonal_rates(std::vector<double>{1.0}, unit), core::InputError);
   contacts[0].normal *= 2;
-  EXPECT_THROW(support::unit_dashpots(modes, contacts, 0.5), core::InputError);
+  EXPECT_THROW(support::contact_factor(modes, contacts, 0.5), core::InputError);
 }
 
 TEST(SupportKinds, AreFoundByName) {

@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <utility>
 
@@ -19,12 +20,16 @@ using Place = SupportConfig::Place;
 std::shared_ptr<const Hold> hold_of(const RingingObject& object, const HeldPlaces& held,
                                     const SupportConfig& config,
                                     const std::vector<synth::support::Contact>& contacts) {
+  const synth::surface::RigidBody* rigid = held.rigid ? &*held.rigid : nullptr;
   Hold hold;
   hold.config = &config;
-  hold.unit = synth::support::unit_dashpots(*object.modes, contacts, config.kind.friction,
-                                            held.rigid ? &*held.rigid : nullptr);
+  hold.unit = synth::support::contact_factor(*object.modes, contacts, config.kind.friction, rigid);
   hold.diagonal =
       hold.unit.topRows(static_cast<Eigen::Index>(object.modes->size())).rowwise().squaredNorm();
+  if (const double dashpot = config.kind.dashpot(synth::support::area_of(contacts)); dashpot > 0) {
+    hold.linear = std::sqrt(dashpot) *
+                  synth::support::contact_factor(*object.modes, contacts, config.kind.shear, rigid);
+  }
   hold.centre = synth::support::centre_of(object.modes->surface, contacts) - object.centre;
   return std::make_shared<const Hold>(std::move(hold));
 }
@@ -59,15 +64,16 @@ std::shared_ptr<const Hold> draw_place(const HeldPlaces& held, const RingingObje
 }
 
 /// An object's pools are the same in all of its materials and sizes.
-void draw_pools(HeldPlaces& held, const SupportsConfig& supports, const Sound& sound) {
-  const std::uint64_t shape = core::stable_hash(sound.object->shape);
-  core::RandomStream places(sound.seed, shape, "supports.pool.place");
-  core::RandomStream forces(sound.seed, shape, "supports.pool.force");
+void draw_pools(HeldPlaces& held, const SupportsConfig& supports, const RingingObject& object,
+                std::uint64_t seed) {
+  const std::uint64_t shape = core::stable_hash(object.shape);
+  core::RandomStream places(seed, shape, "supports.pool.place");
+  core::RandomStream forces(seed, shape, "supports.pool.force");
   for (const SupportConfig& config : supports.contacts) {
     if (config.pool == 0) continue;
     std::vector<Press> pool;
     for (int k = 0; k < config.pool; ++k) {
-      Press press{draw_place(held, *sound.object, config, places), 0, k};
+      Press press{draw_place(held, object, config, places), 0, k};
       if (config.force) press.force = forces.log_uniform(config.force->low, config.force->high);
       pool.push_back(std::move(press));
     }
@@ -88,59 +94,101 @@ std::vector<Press> choose(std::vector<Press> pool, int count, core::RandomStream
 
 }  // namespace
 
-HeldPlaces find_places(const RingingObject& object, const SupportsConfig& supports) {
-  HeldPlaces held;
-  if (object.modes->certificate.components <= 1)
-    held.rigid = synth::surface::rigid_body(*object.modes);
-  const solvers::modes::ModeSurface& surface = object.modes->surface;
+namespace {
+
+/// What of the surface is sought in to find the places.
+struct Seeking {
+  std::optional<synth::modal::SurfaceSampler> sampler;
+  std::vector<synth::surface::SurfaceTriangle> triangles;
+};
+
+Seeking seeking(const solvers::modes::ModeSurface& surface, const SupportsConfig& supports) {
+  Seeking found;
   const auto& contacts = supports.contacts;
   if (std::any_of(contacts.begin(), contacts.end(),
                   [](const auto& c) { return c.place != Place::lowest; })) {
-    held.sampler.emplace(surface);
+    found.sampler.emplace(surface);
   }
   if (std::any_of(contacts.begin(), contacts.end(), [](const auto& c) { return c.radius > 0; })) {
-    held.triangles = synth::surface::outer_pieces(surface);
+    found.triangles = synth::surface::outer_pieces(surface);
   }
-  for (const SupportConfig& config : contacts) {
-    switch (config.place) {
-      case Place::at:
-        for (const Vec3& point : config.points) {
-          const auto place = nearest(object, *held.sampler, point, "at");
-          held.fixed.push_back(hold_of(
-              object, held, config,
-              synth::support::patch_contacts(surface, held.triangles, place, config.radius)));
-        }
-        break;
-      case Place::random:
-        break;
-      case Place::lowest:
-        held.fixed.push_back(
-            hold_of(object, held, config,
-                    synth::support::lowest_contacts(surface, config.down, config.height)));
-        break;
-      case Place::along: {
-        std::vector<Vec3> line;
-        for (const Vec3& corner : config.points) {
-          nearest(object, *held.sampler, corner, "along");
-          line.push_back(object.centre + corner);
-        }
-        held.fixed.push_back(
-            hold_of(object, held, config,
-                    synth::support::edge_contacts(surface, *held.sampler, line, config.count)));
-        break;
+  return found;
+}
+
+/// Contacts of each place of an entry whose places are not drawn.
+std::vector<std::vector<synth::support::Contact>> contacts_of(const RingingObject& object,
+                                                              const Seeking& in,
+                                                              const SupportConfig& config) {
+  const solvers::modes::ModeSurface& surface = object.modes->surface;
+  std::vector<std::vector<synth::support::Contact>> places;
+  switch (config.place) {
+    case Place::at:
+      for (const Vec3& point : config.points) {
+        places.push_back(synth::support::patch_contacts(
+            surface, in.triangles, nearest(object, *in.sampler, point, "at"), config.radius));
       }
+      break;
+    case Place::random:
+      break;
+    case Place::lowest:
+      places.push_back(synth::support::lowest_contacts(surface, config.down, config.height));
+      break;
+    case Place::along: {
+      std::vector<Vec3> line;
+      for (const Vec3& corner : config.points) {
+        nearest(object, *in.sampler, corner, "along");
+        line.push_back(object.centre + corner);
+      }
+      places.push_back(synth::support::edge_contacts(surface, *in.sampler, line, config.count));
+      break;
     }
   }
+  return places;
+}
+
+}  // namespace
+
+HeldPlaces find_places(const RingingObject& object, const SupportsConfig& supports) {
+  HeldPlaces held;
+  // On springs the motion as a whole is among the modes.
+  if (object.modes->certificate.components <= 1 && !object.held)
+    held.rigid = synth::surface::rigid_body(*object.modes);
+  Seeking found = seeking(object.modes->surface, supports);
+  for (const SupportConfig& config : supports.contacts) {
+    for (const auto& contacts : contacts_of(object, found, config)) {
+      held.fixed.push_back(hold_of(object, held, config, contacts));
+    }
+  }
+  held.sampler = std::move(found.sampler);
+  held.triangles = std::move(found.triangles);
   return held;
 }
 
-std::vector<Press> press(HeldPlaces& held, const SupportsConfig& supports, const Sound& sound) {
-  const RingingObject& object = *sound.object;
-  if (supports.pooled() && held.pools.empty()) draw_pools(held, supports, sound);
-  core::RandomStream places(sound.seed, sound.id, "supports.place");
-  core::RandomStream choices(sound.seed, sound.id, "supports.pool");
-  core::RandomStream forces(sound.seed, sound.id, "supports.force");
-  core::RandomStream there(sound.seed, sound.id, "supports.probability");
+Eigen::MatrixXd find_springs(const RingingObject& object, const SupportsConfig& supports,
+                             const synth::surface::RigidBody& rigid) {
+  const Seeking found = seeking(object.modes->surface, supports);
+  const auto rows = static_cast<Eigen::Index>(object.modes->size()) + 6;
+  Eigen::MatrixXd springs(rows, 0);
+  for (const SupportConfig& config : supports.contacts) {
+    if (!config.kind.gives_way()) continue;
+    for (const auto& contacts : contacts_of(object, found, config)) {
+      const double stiffness = config.kind.spring(synth::support::area_of(contacts));
+      const Eigen::MatrixXd factor =
+          synth::support::contact_factor(*object.modes, contacts, config.kind.shear, &rigid);
+      springs.conservativeResize(Eigen::NoChange, springs.cols() + factor.cols());
+      springs.rightCols(factor.cols()) = std::sqrt(stiffness) * factor;
+    }
+  }
+  return springs;
+}
+
+std::vector<Press> press(HeldPlaces& held, const SupportsConfig& supports,
+                         const RingingObject& object, SoundKey key) {
+  if (supports.pooled() && held.pools.empty()) draw_pools(held, supports, object, key.seed);
+  core::RandomStream places(key.seed, key.id, "supports.place");
+  core::RandomStream choices(key.seed, key.id, "supports.pool");
+  core::RandomStream forces(key.seed, key.id, "supports.force");
+  core::RandomStream there(key.seed, key.id, "supports.probability");
   std::vector<Press> presses;
   std::vector<std::size_t> weighed;  // they bear the object
   auto fixed = held.fixed.begin();

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "scene/effect.hpp"
-#include "scene/effects/detail/support_config.hpp"
+#include "scene/support_config.hpp"
 #include "synth/support/supports.hpp"
 
 namespace carillon::scene {
@@ -16,6 +16,7 @@ struct Hold {
   const SupportConfig* config = nullptr;
   Eigen::MatrixXd unit;        ///< dashpots for 1 N s/m: modes, then rigid coordinates
   Eigen::VectorXd diagonal;    ///< of their damping, of the modes
+  Eigen::MatrixXd linear;      ///< dashpots whatever the force, likewise; no columns: none
   Vec3 centre = Vec3::Zero();  ///< from the centre of the object's box [m]
 };
 
@@ -43,7 +44,18 @@ struct HeldPlaces {
 /// @throws InputError  a place that is given is farther from the surface than the object is large
 HeldPlaces find_places(const RingingObject& object, const SupportsConfig& config);
 
+/// The springs among the supports: S of hold_modes(), modes and six rigid coordinates.
+/// @throws InputError  as find_places()
+Eigen::MatrixXd find_springs(const RingingObject& object, const SupportsConfig& config,
+                             const synth::surface::RigidBody& rigid);
+
+/// Keys of what is drawn for a sound.
+struct SoundKey {
+  std::uint64_t seed = 0, id = 0;
+};
+
 /// What may hold the object during a sound, in the order of the configuration: draws what is drawn.
-std::vector<Press> press(HeldPlaces& places, const SupportsConfig& config, const Sound& sound);
+std::vector<Press> press(HeldPlaces& places, const SupportsConfig& config,
+                         const RingingObject& object, SoundKey key);
 
 }  // namespace carillon::scene

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "core/config.hpp"
@@ -37,10 +38,16 @@ struct SupportsConfig {
   bool pooled() const;
   /// Neither places nor forces are drawn: every sample of an object is held alike.
   bool fixed() const;
+  /// Some contact is a spring, which changes the object's modes.
+  bool gives_way() const;
 };
 
-/// @param node  the mapping under `supports`
+/// @param node   the mapping under `supports`
+/// @param moves  of a scene that moves: all its simulations are held alike, coupling is diagonal
 /// @throws ConfigError
-SupportsConfig read_supports(core::ConfigNode& node);
+SupportsConfig read_supports(core::ConfigNode& node, bool moves = false);
+
+/// What stands on its lowest side, with its weight on something of a kind.
+SupportsConfig standing_on(const std::string& kind);
 
 }  // namespace carillon::scene

@@ -1,4 +1,4 @@
-#include "scene/effects/detail/support_config.hpp"
+#include "scene/support_config.hpp"
 
 #include <fmt/format.h>
 
@@ -11,6 +11,8 @@ namespace carillon::scene {
 namespace {
 
 using core::Dimension;
+
+constexpr double usual_contact_height = 5e-4;  ///< [m]
 
 std::vector<Vec3> read_points(core::ConfigNode& node, const std::string& key) {
   const auto values = node.quantities(key, Dimension::length);
@@ -65,7 +67,7 @@ void read_place(core::ConfigNode& node, SupportConfig& support) {
       break;
     case Place::lowest: {
       if (!node.flag("lowest", true)) node.fail("lowest", "must be true, or left out");
-      support.height = node.not_negative("contact_height", Dimension::length, 5e-4);
+      support.height = node.not_negative("contact_height", Dimension::length, usual_contact_height);
       const auto down = node.quantities("down", Dimension::none, 3, std::vector<double>{0, 0, -1});
       support.down = {down[0], down[1], down[2]};
       if (!(support.down.norm() > 0)) node.fail("down", "must be a direction");
@@ -79,13 +81,38 @@ void read_place(core::ConfigNode& node, SupportConfig& support) {
   }
 }
 
+/// Springs change the object's modes, which all of its sounds share; beds need an area.
+void check_springs(core::ConfigNode& node, const SupportConfig& support) {
+  const synth::support::SupportKind& kind = support.kind;
+  const std::string key = node.has("stiffness")       ? "stiffness"
+                          : node.has("bed_stiffness") ? "bed_stiffness"
+                                                      : "kind";
+  if (kind.gives_way() && support.place == SupportConfig::Place::random) {
+    node.fail(key, "a spring is where the object is held for all of its sounds, not drawn anew",
+              "give its place: at, lowest or along");
+  }
+  if (kind.gives_way() && support.probability < 1) {
+    node.fail(key, "a spring is there in all of an object's sounds", "leave out probability");
+  }
+  const bool spread = support.place == SupportConfig::Place::lowest || support.radius > 0;
+  if ((kind.bed_stiffness > 0 || kind.bed_resistance > 0) && !spread) {
+    node.fail(node.has("kind") ? "kind" : "",
+              "a bed counts by the area that touches, and points and lines have none",
+              "give a radius or lowest: true, or stiffness and resistance in place of the bed");
+  }
+}
+
 SupportConfig read_support(core::ConfigNode& node) {
   SupportConfig support;
   const bool own = !node.has("kind");
   if (own) {
     support.kind.name = "own";
-    support.kind.coefficient = node.quantity("coefficient", Dimension::none);
-    support.kind.friction = node.quantity("friction", Dimension::none);
+    const bool linear = node.has("stiffness") || node.has("resistance") ||
+                        node.has("bed_stiffness") || node.has("bed_resistance");
+    // What is no dashpot under a force needs to say nothing of it.
+    const std::optional<double> none = linear ? std::optional(0.0) : std::nullopt;
+    support.kind.coefficient = node.quantity("coefficient", Dimension::none, none);
+    support.kind.friction = node.quantity("friction", Dimension::none, none);
   } else {
     const std::string name = node.text("kind");
     support.kind = core::at_key(node, "kind", [&] { return synth::support::parse_support(name); });
@@ -93,12 +120,19 @@ SupportConfig read_support(core::ConfigNode& node) {
         node.quantity("coefficient", Dimension::none, support.kind.coefficient);
     support.kind.friction = node.quantity("friction", Dimension::none, support.kind.friction);
   }
+  synth::support::SupportKind& kind = support.kind;
+  kind.stiffness = node.not_negative("stiffness", Dimension::stiffness, kind.stiffness);
+  kind.resistance = node.not_negative("resistance", Dimension::resistance, kind.resistance);
+  kind.bed_stiffness = node.not_negative("bed_stiffness", Dimension::none, kind.bed_stiffness);
+  kind.bed_resistance = node.not_negative("bed_resistance", Dimension::none, kind.bed_resistance);
+  kind.shear = node.not_negative("shear", Dimension::none, kind.shear);
   core::at_key(node, "coefficient", [&] { synth::support::check_support(support.kind); });
   read_place(node, support);
   support.probability = node.quantity("probability", Dimension::none, 1);
   if (!(support.probability > 0 && support.probability <= 1)) {
     node.fail("probability", "must be above 0 and at most 1");
   }
+  check_springs(node, support);
   const bool grips = support.kind.name == "finger";
   if (node.flag("weight", !node.has("force") && !grips)) {
     if (node.has("force")) {
@@ -145,15 +179,37 @@ bool SupportsConfig::pooled() const {
                      [](const SupportConfig& c) { return c.pool > 0; });
 }
 
-SupportsConfig read_supports(core::ConfigNode& node) {
+bool SupportsConfig::gives_way() const {
+  return std::any_of(contacts.begin(), contacts.end(),
+                     [](const SupportConfig& c) { return c.kind.gives_way(); });
+}
+
+SupportsConfig standing_on(const std::string& kind) {
+  SupportConfig support;
+  support.kind = synth::support::parse_support(kind);
+  support.place = SupportConfig::Place::lowest;
+  support.height = usual_contact_height;
+  SupportsConfig config;
+  config.contacts.push_back(std::move(support));
+  return config;
+}
+
+SupportsConfig read_supports(core::ConfigNode& node, bool moves) {
   SupportsConfig config;
   config.full = node.choice("coupling", {"diagonal", "full"}, "diagonal") == "full";
+  if (moves && config.full) {
+    node.fail("coupling", "scenes that move take the diagonal damping", "leave out coupling");
+  }
   for (core::ConfigNode& entry : node.children("contacts")) {
     config.contacts.push_back(read_support(entry));
   }
   if (config.contacts.empty()) {
     node.fail("contacts", "supports need at least one contact",
               "leave supports out for an object in free flight");
+  }
+  if (moves && !config.fixed()) {
+    node.fail("contacts", "what is fixed is held alike in all simulations, and something is drawn",
+              "give places (at, lowest or along), one force and no probability");
   }
   return config;
 }
