@@ -266,7 +266,7 @@ SceneEffect read(core::ConfigNode& root, const Scene&) {
 const Effect supports_effect = {.name = "supports",
                                 .description = "springs and dampers of what holds the object",
                                 .key = "supports",
-                                .stage = "rings",
+                                .stage = "object",
                                 .read = read};
 
 }  // namespace carillon::scene

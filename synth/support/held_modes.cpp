@@ -57,9 +57,9 @@ std::vector<double> cut_errors(const Modes& free, const Eigen::MatrixXd& springs
   const auto n = static_cast<Eigen::Index>(free.size());
   Eigen::MatrixXd beyond = compliance(free, springs, n / 2, n);
   const double half = beyond.trace();
-  const double ratio =
-      half > 0 ? std::clamp(compliance(free, springs, n / 4, n / 2).trace() / half, slowest, fastest)
-               : fastest;
+  const double ratio = half > 0 ? std::clamp(compliance(free, springs, n / 4, n / 2).trace() / half,
+                                             slowest, fastest)
+                                : fastest;
   beyond *= of_compliance / (ratio - 1);
   beyond.diagonal().array() += 1;
   const Eigen::MatrixXd strains = springs.transpose() * vectors;
@@ -117,8 +117,9 @@ void check_held(const Modes& free, std::span<const double> decay_rates,
                 const Eigen::MatrixXd& springs) {
   if (decay_rates.size() != free.size() ||
       springs.rows() != static_cast<Eigen::Index>(free.size()) + 6) {
-    throw core::InputError(fmt::format("springs: {} decay rates and {} rows of springs for {} modes",
-                                       decay_rates.size(), springs.rows(), free.size()));
+    throw core::InputError(
+        fmt::format("springs: {} decay rates and {} rows of springs for {} modes",
+                    decay_rates.size(), springs.rows(), free.size()));
   }
   if (!springs.allFinite() || !std::isfinite(springs.squaredNorm())) {
     throw core::InputError("springs: a stiffness that is not finite");

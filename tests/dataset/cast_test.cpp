@@ -96,6 +96,32 @@ TEST(Textures, AreShallowerThanHalfTheirBody) {
   }
 }
 
+TEST(MotionConfig, WhatIsFixedIsHeld) {
+  const auto held_by = [](const std::string& body, const std::string& more = "") {
+    return scene_of("motion: {bodies: [{object: bars, " + body + "}]}\n" + more, 1)
+        .motion->bodies.front()
+        .held_by;
+  };
+  EXPECT_EQ(held_by("fixed: false"), nullptr);
+  const auto standing = held_by("fixed: true, rests: foam");
+  ASSERT_TRUE(standing);
+  EXPECT_EQ(standing->contacts.at(0).kind.name, "foam");
+  EXPECT_EQ(standing->contacts.at(0).place, scene::SupportConfig::Place::lowest);
+  const char* const by_all = "supports: {contacts: [{kind: rubber, at: [0, 0, 0]}]}\n";
+  EXPECT_EQ(held_by("fixed: true", by_all)->contacts.at(0).kind.name, "rubber");
+  EXPECT_EQ(held_by("fixed: true, supports: {contacts: [{kind: soil, lowest: true}]}", by_all)
+                ->contacts.at(0)
+                .kind.name,
+            "soil");
+  for (const char* wrong :
+       {"fixed: false, supports: {contacts: [{kind: soil, lowest: true}]}", "rests: soil",
+        "fixed: true, supports: {contacts: [{kind: table, count: 2}]}",
+        "fixed: true, supports: {contacts: [{kind: finger, at: [0, 0, 0]}]}",
+        "fixed: true, supports: {coupling: full, contacts: [{kind: soil, lowest: true}]}"}) {
+    EXPECT_THROW(held_by(wrong), core::ConfigError) << wrong;
+  }
+}
+
 TEST(MotionConfig, MorePicturedBodiesThanMasksCanTellAreRefused) {
   if (render::offscreen() == "none") GTEST_SKIP() << "built without pictures";
   const auto with = [](int count, bool camera) {

@@ -71,7 +71,8 @@ TEST(HeldModesHard, APlateOnFoam) {
     EXPECT_NEAR(omega_of(held.modes, j + 3) / expected, 1, 2e-3) << j;
     EXPECT_NEAR(held.decay_rates[j + 3], 2, 0.02) << j;
   }
-  // The three as a whole share their motion, and their shapes at a node add up to what the six have.
+  // The three as a whole share their motion, and their shapes at a node add up to what the six
+  // have.
   const Eigen::Matrix3d at = held.modes.shapes.at(0).topRows<3>();
   const synth::surface::RigidBody rigid = synth::surface::rigid_body(modes);
   const auto all = synth::surface::rigid_shapes_at(rigid, modes.surface.nodes.front());
@@ -80,8 +81,7 @@ TEST(HeldModesHard, APlateOnFoam) {
 
 // Soft springs under a stiff body: three of its six motions as a whole are those of a mass on them.
 TEST(HeldModesHard, ABlockOnThreeSoftFeet) {
-  const auto modes =
-      modes_in(box_mesh({0.06, 0.06, 0.04}, {2, 2, 2}, 2), {steel}, {5, 60000, 20});
+  const auto modes = modes_in(box_mesh({0.06, 0.06, 0.04}, {2, 2, 2}, 2), {steel}, {5, 60000, 20});
   const synth::modal::SurfaceSampler sampler(modes.surface);
   std::vector<std::vector<Contact>> feet;
   for (int k = 0; k < 3; ++k) {
@@ -122,16 +122,15 @@ class ExactlyCoupled : public testing::Test {
       const auto held = held_by(lowest(whole, basis), places, stiffness, shear);
       double worst = 0;
       for (std::size_t j = 0; j < count; ++j) {
-        const double cents =
-            1200 * std::log2(held.modes.frequency(j) / exact.modes.frequency(j));
+        const double cents = 1200 * std::log2(held.modes.frequency(j) / exact.modes.frequency(j));
         EXPECT_GE(cents, -1e-6) << j << " of " << basis;
         EXPECT_LE(cents, held.modes.pitch_errors[j] + 0.01) << j << " of " << basis;
         worst = std::max(worst, cents);
       }
-      std::printf("%d modes: worst of %zu %.2f cents, said %.2f\n", basis, count, worst,
-                  *std::max_element(held.modes.pitch_errors.begin(),
-                                    held.modes.pitch_errors.begin() +
-                                        static_cast<std::ptrdiff_t>(count)));
+      std::printf(
+          "%d modes: worst of %zu %.2f cents, said %.2f\n", basis, count, worst,
+          *std::max_element(held.modes.pitch_errors.begin(),
+                            held.modes.pitch_errors.begin() + static_cast<std::ptrdiff_t>(count)));
       if (basis == 160) EXPECT_LT(worst, largest);
     }
   }
@@ -150,8 +149,7 @@ TEST_F(ExactlyCoupled, APlateOnThreePoints) {
 
 TEST_F(ExactlyCoupled, APlateClampedAtAnEdge) {
   std::vector<Contact> edge;
-  for (const Contact& contact :
-       synth::support::lowest_contacts(whole.surface, {-1, 0, 0}, 1e-4)) {
+  for (const Contact& contact : synth::support::lowest_contacts(whole.surface, {-1, 0, 0}, 1e-4)) {
     edge.push_back(contact);
   }
   expect_within({edge}, 1e8, 0.8, 8, 60);
@@ -202,9 +200,9 @@ TEST(HeldModesHard, NothingHoldsAndEverythingHolds) {
                core::InputError);
   Eigen::MatrixXd broken = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(modes.size()) + 6, 1);
   broken(0, 0) = std::nan("");
-  EXPECT_THROW(synth::support::hold_modes(modes, std::vector<double>(modes.size(), 0.0), rigid,
-                                          broken),
-               core::InputError);
+  EXPECT_THROW(
+      synth::support::hold_modes(modes, std::vector<double>(modes.size(), 0.0), rigid, broken),
+      core::InputError);
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include "scene/columns.hpp"
 #include "scene/effects/detail/list.hpp"
 #include "scene/scene.hpp"
+#include "scene/support_config.hpp"
 #include "tests/synth/curved_bodies.hpp"
 
 namespace carillon::scene {
@@ -274,6 +275,51 @@ TEST(SupportsEffect, PlansForTheCubeOfTheModesWhenCoupled) {
   EXPECT_NEAR(seconds(full, 300) / seconds(full, 100), 27, 1e-9);
 }
 
+// Of a mass on a spring and a dashpot: omega^2 = k / m, d = r / 2 m; the modes far above feel
+// little.
+TEST(SupportsEffect, SpringsAndDashpotsHoldTheBodyAsAWhole) {
+  solvers::modes::Modes modes = ball();
+  modes.certificate.min_frequency = 20;
+  RingingObject object;
+  object.id = object.shape = "ball";
+  object.modes = &modes;
+  object.centre = {1, 0, 0};
+  object.decay_rates.assign(modes.size(), 0.0);
+  object.moves = true;
+  core::ConfigNode node = core::ConfigNode::parse(
+      "contacts: [{stiffness: 100 kN/m, resistance: 6 N s/m, shear: 0, at: [0, 0, -5 cm]}]",
+      "s.yaml");
+  const SupportsConfig config = read_supports(node, true);
+  object.held_by = &config;
+  const EffectParts parts = read_effect("motion: {bodies: [{fixed: true}]}").start("");
+  EXPECT_FALSE(parts.rings);
+  parts.object(object);
+  ASSERT_NE(object.modes, &modes);
+  EXPECT_NEAR(object.modes->eigenvalues[0] / (1e5 / modes.mass), 1, 0.05);
+  EXPECT_NEAR(object.decay_rates[0], 6 / modes.mass / 2, 0.5);
+  EXPECT_LT(object.modes->eigenvalues[0], 1e5 / modes.mass);  // the ball gives way too
+
+  // What is free in such a scene is left as it is.
+  RingingObject free = object;
+  free.held_by = nullptr;
+  free.held = nullptr;
+  free.modes = &modes;
+  free.decay_rates.assign(modes.size(), 0.0);
+  parts.object(free);
+  EXPECT_EQ(free.modes, &modes);
+  EXPECT_EQ(free.decay_rates, std::vector<double>(modes.size(), 0.0));
+}
+
+TEST(SupportsEffect, HoldWhatIsFixedInScenesThatMove) {
+  EXPECT_EQ(read_effect("motion: {bodies: [{fixed: false}]}").reason_off,
+            "nothing is fixed: what is free is held by what it touches");
+  const SceneEffect effect = read_effect("motion:\n  bodies:\n    - {fixed: true}\n");
+  EXPECT_EQ(effect.asked_by, "a body is fixed: (scene.yaml:3)");
+  EXPECT_THROW(read_effect("{motion: {bodies: [{fixed: false}]}, supports: {contacts: [{kind: "
+                           "table, lowest: true}]}}"),
+               core::ConfigError);
+}
+
 TEST(SupportsEffect, RefusesWhatItCannotMean) {
   for (const char* wrong : {
            "contacts: []",
@@ -290,6 +336,12 @@ TEST(SupportsEffect, RefusesWhatItCannotMean) {
            "contacts: [{kind: finger, at: [0, 0, 5 cm], friction: -0.1}]",
            "contacts: [{coefficient: -1, friction: 0, at: [0, 0, 5 cm]}]",
            "contacts: [{coefficient: 1, at: [0, 0, 5 cm]}]",
+           "contacts: [{stiffness: 1 kN/m, count: 2}]",
+           "contacts: [{kind: rubber, count: 2, pool: 3}]",
+           "contacts: [{kind: rubber, at: [0, 0, 5 cm], probability: 0.5}]",
+           "contacts: [{kind: felt, at: [0, 0, 5 cm]}]",
+           "contacts: [{stiffness: -1, at: [0, 0, 5 cm]}]",
+           "contacts: [{resistance: -1, at: [0, 0, 5 cm]}]",
        }) {
     EXPECT_THROW(read_effect(std::string("supports: {") + wrong + "}"), core::ConfigError) << wrong;
   }
