@@ -102,30 +102,34 @@ void check_springs(core::ConfigNode& node, const SupportConfig& support) {
   }
 }
 
+/// What has no kind says what it is.
+void check_own(const core::ConfigNode& node, const synth::support::SupportKind& kind) {
+  if (node.has("coefficient") && !node.has("friction")) {
+    node.fail("friction", "is wanted beside coefficient", "0: nothing acts along the surface");
+  }
+  const bool linear = kind.gives_way() || kind.resistance > 0 || kind.bed_resistance > 0;
+  if (!linear && !node.has("coefficient")) {
+    node.fail("", "what holds the object there?",
+              "give a kind, coefficient and friction, or stiffness and resistance");
+  }
+}
+
 SupportConfig read_support(core::ConfigNode& node) {
   SupportConfig support;
-  const bool own = !node.has("kind");
-  if (own) {
-    support.kind.name = "own";
-    const bool linear = node.has("stiffness") || node.has("resistance") ||
-                        node.has("bed_stiffness") || node.has("bed_resistance");
-    // What is no dashpot under a force needs to say nothing of it.
-    const std::optional<double> none = linear ? std::optional(0.0) : std::nullopt;
-    support.kind.coefficient = node.quantity("coefficient", Dimension::none, none);
-    support.kind.friction = node.quantity("friction", Dimension::none, none);
-  } else {
+  support.kind.name = "own";
+  if (node.has("kind")) {
     const std::string name = node.text("kind");
     support.kind = core::at_key(node, "kind", [&] { return synth::support::parse_support(name); });
-    support.kind.coefficient =
-        node.quantity("coefficient", Dimension::none, support.kind.coefficient);
-    support.kind.friction = node.quantity("friction", Dimension::none, support.kind.friction);
   }
   synth::support::SupportKind& kind = support.kind;
+  kind.coefficient = node.quantity("coefficient", Dimension::none, kind.coefficient);
+  kind.friction = node.quantity("friction", Dimension::none, kind.friction);
   kind.stiffness = node.not_negative("stiffness", Dimension::stiffness, kind.stiffness);
   kind.resistance = node.not_negative("resistance", Dimension::resistance, kind.resistance);
   kind.bed_stiffness = node.not_negative("bed_stiffness", Dimension::none, kind.bed_stiffness);
   kind.bed_resistance = node.not_negative("bed_resistance", Dimension::none, kind.bed_resistance);
   kind.shear = node.not_negative("shear", Dimension::none, kind.shear);
+  if (kind.name == "own") check_own(node, kind);
   core::at_key(node, "coefficient", [&] { synth::support::check_support(support.kind); });
   read_place(node, support);
   support.probability = node.quantity("probability", Dimension::none, 1);

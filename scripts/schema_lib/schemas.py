@@ -17,7 +17,8 @@ WORDS = {
     "objects[].unit": ["open", "mm", "cm", "m", "inch"],
     "materials": "open materials", "objects[].materials": "open materials",
     "motion.bodies[].materials": "open materials", "motion.ground.material": "open materials",
-    "supports.contacts[].kind": "supports", "motion.bodies[].rests": "supports", "motion.strings[].rests": "supports",
+    "supports.contacts[].kind": "supports", "motion.bodies[].rests": "touches",
+    "motion.strings[].rests": "touches",
     "striker.kind": "strikers", "noise.kind": "noises",
     "motion.bodies[].texture.map": "maps", "motion.ground.texture.map": "maps",
     **{f"room.{key}{wall}": "walls" for key in ("absorption", "walls")
@@ -328,6 +329,9 @@ class Maker:
                          "dependencies": {"parameters": ["map"]}}
 
     mapping_motion_ground_texture = mapping_motion_bodies_texture
+
+    def key_motion_bodies_supports(self, node):
+        return self.described(node, {"$ref": "#/definitions/build/properties/supports"}, {})
 
     # Documents.
 

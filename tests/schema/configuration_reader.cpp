@@ -75,6 +75,9 @@ ordered_json vocabulary() {
   known["materials"] = names_in(synth::material::preset_materials());
   known["walls"] = names_in(synth::room::wall_materials());
   known["supports"] = names_in(synth::support::preset_supports());
+  for (const synth::support::SupportKind& kind : synth::support::preset_supports()) {
+    if (kind.coefficient > 0) known["touches"].push_back(kind.name);
+  }
   known["strikers"] = names_in(synth::contact::preset_strikers());
   known["noises"] = synth::recording::noise_kind_names();
   known["methods"] = names_in(eval::learning::known_methods());
