@@ -37,9 +37,7 @@ class OwnedList {
   }
 
   /// @return the first element, which the list forgets; null where there is none
-  std::unique_ptr<Element> pop_front() {
-    return first_ == nullptr ? nullptr : take_after(nullptr);
-  }
+  std::unique_ptr<Element> pop_front() { return first_ == nullptr ? nullptr : take_after(nullptr); }
 
   /// Takes out the element behind another one, of which there must be one.
   /// @param place  null: the first

@@ -228,6 +228,14 @@ std::size_t StreamingRenderer::voices() const {
   return count;
 }
 
+std::size_t StreamingRenderer::contacts() const {
+  std::size_t count = 0;
+  for (const Body& body : bodies_) {
+    for (const StreamedStrike* s = body.strikes.first(); s != nullptr; s = s->next) ++count;
+  }
+  return count;
+}
+
 void StreamingRenderer::render(std::span<float> samples) {
   if (samples.size() % rows_ != 0) {
     throw core::InputError(

@@ -122,6 +122,7 @@ class StreamingRenderer {
 
   std::uint64_t position() const { return position_; }  ///< samples of a row rendered so far
   std::size_t voices() const;                           ///< partials that ring
+  std::size_t contacts() const;  ///< strikes that have not ended, or not begun
 
  private:
   struct Row {

@@ -97,9 +97,8 @@ std::vector<double> integrated(const std::vector<ValuesFrom>& course,
       double q = 0, v = 0, t = 0;
       std::size_t n = 0;
       for (const double stop : stops) {
-        const auto part = std::find_if(course.rbegin(), course.rend(), [&](const ValuesFrom& p) {
-          return p.time <= t + 1e-12;
-        });
+        const auto part = std::find_if(course.rbegin(), course.rend(),
+                                       [&](const ValuesFrom& p) { return p.time <= t + 1e-12; });
         const double lambda = part->values.eigenvalues[std::size_t(i)];
         const double d = part->values.decay_rates[std::size_t(i)];
         const auto slope = [&](double time, double x, double y) {
@@ -185,8 +184,7 @@ TEST(ChangingModes, FollowTheEquationOfMotion) {
                                             {0.0113, 0.7, burst},
                                             {0.017, -0.6, {1 / 310.0}}};
   // The third change makes modes critical that were not, and the other way round.
-  const Values crossed = {values.eigenvalues,
-                          {omega(310) * 0.999, 80, 50, omega(500) * 0.9}};
+  const Values crossed = {values.eigenvalues, {omega(310) * 0.999, 80, 50, omega(500) * 0.9}};
   const std::vector<ValuesFrom> course = {{0, values},
                                           {0.0011234, held(values, 60, 0)},
                                           {0.004, held(values, 0, 2e5)},
@@ -265,7 +263,8 @@ TEST(ChangingModes, PreparedOnesAllocateNothing) {
   for (std::size_t i = 0; i < 60; ++i) {
     renderer.begin(std::move(strikes[i]), 1e-4);
     if (i % 2 == 0) renderer.begin(std::move(changes[i]), 7e-4);
-    if (i % 5 == 0) if (changes[i / 5 * 2 + 1]) renderer.begin(std::move(changes[i / 5 * 2 + 1]), 5e-4);
+    if (i % 5 == 0)
+      if (changes[i / 5 * 2 + 1]) renderer.begin(std::move(changes[i / 5 * 2 + 1]), 5e-4);
     for (int k = 0; k < 2; ++k) renderer.render(block);
   }
   for (int k = 0; k < 10; ++k) renderer.render(block);
