@@ -78,8 +78,8 @@ play::Pace pace_of(const PlayOptions& options, bool to_device) {
   if (!options.seconds.empty()) {
     pace.seconds = option_quantity(options.seconds, core::Dimension::time, "--seconds");
     if (!(pace.seconds > 0 && pace.seconds <= 1e6)) {
-      throw core::InputError(fmt::format("--seconds {}: it is positive, at most 1e6",
-                                         options.seconds));
+      throw core::InputError(
+          fmt::format("--seconds {}: it is positive, at most 1e6", options.seconds));
     }
   }
   if (to_device && options.pace == "none") {
@@ -87,8 +87,7 @@ play::Pace pace_of(const PlayOptions& options, bool to_device) {
                            "leave it out, or play to a pipe or a file with -o");
   }
   pace.clock = options.pace.empty() ? options.output == "-" : options.pace == "clock";
-  pace.format =
-      options.format == "s16" ? core::SampleFormat::int16 : core::SampleFormat::float32;
+  pace.format = options.format == "s16" ? core::SampleFormat::int16 : core::SampleFormat::float32;
   return pace;
 }
 
@@ -107,8 +106,7 @@ struct Inputs {
   }
 };
 
-void open_inputs(const PlayOptions& options, scene::live::Instrument& instrument,
-                 Inputs& inputs) {
+void open_inputs(const PlayOptions& options, scene::live::Instrument& instrument, Inputs& inputs) {
   const play::Apply apply = [&instrument](const scene::live::Request& request) {
     instrument.apply(request);
   };
@@ -144,7 +142,7 @@ void tell_start(const PlayOptions& options, const scene::Scene& scene,
                 const scene::live::Instrument& instrument, const play::Pace& pace,
                 double device_latency) {
   const double block = static_cast<double>(pace.block) / scene.audio.sample_rate;
-  const std::string place = options.output == "-" ? "standard output"
+  const std::string place = options.output == "-"    ? "standard output"
                             : options.output.empty() ? "the device"
                                                      : options.output;
   fmt::print(stderr, "playing {} objects of {} modes to {}: {} channels, {} Hz, {}\n",
@@ -153,8 +151,9 @@ void tell_start(const PlayOptions& options, const scene::Scene& scene,
              options.format);
   if (pace.clock || options.output.empty()) {
     const double rest = options.output.empty() ? device_latency : pace.latency;
-    fmt::print(stderr, "latency: {:.2f} ms, of them {:.2f} ms the block of {} samples and {:.2f} ms "
-                       "the {}\n",
+    fmt::print(stderr,
+               "latency: {:.2f} ms, of them {:.2f} ms the block of {} samples and {:.2f} ms "
+               "the {}\n",
                1000 * (block + rest), 1000 * block, pace.block, 1000 * rest,
                options.output.empty() ? "device" : "buffer of the output");
   }
@@ -163,7 +162,8 @@ void tell_start(const PlayOptions& options, const scene::Scene& scene,
     if (effect.heard) heard.push_back(effect.name);
     if (!effect.heard) others.push_back(fmt::format("{} ({})", effect.name, effect.why));
   }
-  fmt::print(stderr, "heard live: {}\n", heard.empty() ? "modes alone" : fmt::to_string(fmt::join(heard, ", ")));
+  fmt::print(stderr, "heard live: {}\n",
+             heard.empty() ? "modes alone" : fmt::to_string(fmt::join(heard, ", ")));
   if (!others.empty()) fmt::print(stderr, "not heard live: {}\n", fmt::join(others, ", "));
 }
 
@@ -171,8 +171,8 @@ void tell_end(const Context& context, const scene::live::Instrument& instrument,
               const play::Heard& heard, const synth::live::Played& played, const Inputs& inputs,
               double sample_rate) {
   const double seconds = static_cast<double>(played.samples) / sample_rate;
-  const std::uint64_t refused =
-      (inputs.events ? inputs.events->refused() : 0) + (inputs.osc ? inputs.osc->refused.load() : 0);
+  const std::uint64_t refused = (inputs.events ? inputs.events->refused() : 0) +
+                                (inputs.osc ? inputs.osc->refused.load() : 0);
   const double each =
       heard.voice_samples > 0 ? 1e9 * heard.processor_seconds / heard.voice_samples : 0;
   if (context.json) {
@@ -239,11 +239,9 @@ void run_play(PlayOptions options, Context& context) {
   } else if (!to_device) {
     require_output_file(context, options.output);
   }
-  const bool bare =
-      options.what.scene.empty() && !options.what.what.front().ends_with(".yaml") &&
-      !options.what.what.front().ends_with(".yml");
-  PlayedObjects played =
-      played_objects(options.what, scene_keys(options, bare), context);
+  const bool bare = options.what.scene.empty() && !options.what.what.front().ends_with(".yaml") &&
+                    !options.what.what.front().ends_with(".yml");
+  PlayedObjects played = played_objects(options.what, scene_keys(options, bare), context);
   const scene::Scene& scene = played.scene;
   scene::live::UsualStrike usual;
   usual.impulse = middle(scene.strikes.impulse);
@@ -255,8 +253,8 @@ void run_play(PlayOptions options, Context& context) {
     const play::Interrupts interrupts;
     Inputs inputs;
     open_inputs(options, instrument, inputs);
-    pace.ends_silent = pace.seconds == 0 && inputs.events && !inputs.keyboard && !inputs.midi &&
-                       !inputs.osc;
+    pace.ends_silent =
+        pace.seconds == 0 && inputs.events && !inputs.keyboard && !inputs.midi && !inputs.osc;
     if (!to_device && !to_pipe && pace.seconds == 0 && !pace.ends_silent) {
       throw core::InputError("a file has a length", "give --seconds, or events that end");
     }
@@ -276,8 +274,7 @@ void run_play(PlayOptions options, Context& context) {
       heard = play::play_to_stream(instrument.player(), stream, pace, inputs.events.get());
       ::close(stream);
     } else {
-      heard =
-          play::play_to_file(instrument.player(), options.output, pace, inputs.events.get());
+      heard = play::play_to_file(instrument.player(), options.output, pace, inputs.events.get());
     }
     if (!context.quiet || context.json) {
       tell_end(context, instrument, heard, instrument.player().played(), inputs,
@@ -294,7 +291,8 @@ void run_play(PlayOptions options, Context& context) {
 
 void add_play(Program& program, Context& context) {
   Command& command = program.add(
-      "play", "objects that are struck while they sound: in real time, to a device, a pipe or a file",
+      "play",
+      "objects that are struck while they sound: in real time, to a device, a pipe or a file",
       Needs::solver);
   auto options = std::make_shared<PlayOptions>();
   add_object_options(command, options->what.object);
@@ -303,8 +301,7 @@ void add_play(Program& program, Context& context) {
   command.option("what", options->what.what,
                  "objects, as carillon strike takes them, or a configuration, whose objects are "
                  "played in all of their materials and sizes");
-  command.option("--scene", options->what.scene,
-                 "YAML file with the keys of a scene, for objects");
+  command.option("--scene", options->what.scene, "YAML file with the keys of a scene, for objects");
   command.option("--set", options->what.overrides, "key=value instead of the configuration's")
       .one_value_each();
   command.option("--max-objects", options->what.max_objects, "more is an error")
@@ -314,34 +311,39 @@ void add_play(Program& program, Context& context) {
       .show_default();
   command.option("-o,--output", options->output,
                  "- for raw samples on standard output, or a WAV file");
-  command.option("--device", options->device,
-                 "sound device: its number or part of its name; list names them")
+  command
+      .option("--device", options->device,
+              "sound device: its number or part of its name; list names them")
       .show_default("the system's own, where there is no -o");
   command.option("--format", options->format, "of samples, little endian")
       .one_of({"float32", "s16"})
       .show_default();
-  command.option("--pace", options->pace,
-                 "clock: real time; none: as quickly as the samples are taken")
+  command
+      .option("--pace", options->pace,
+              "clock: real time; none: as quickly as the samples are taken")
       .one_of({"clock", "none"})
       .show_default("clock for -o -, none for files");
   command.option("--block", options->block, "samples that are computed at a time")
       .range(std::size_t{16}, std::size_t{65536})
       .show_default();
-  command.option("--latency", options->latency,
-                 "that the output holds back beside the block: what the device is asked for, or "
-                 "how late a block may be in the pipe")
+  command
+      .option("--latency", options->latency,
+              "that the output holds back beside the block: what the device is asked for, or "
+              "how late a block may be in the pipe")
       .show_default();
   command.option("--seconds", options->seconds,
                  "length (default: until it is stopped, or silent after the last event)");
   command.option("--events", options->events,
                  "file of events, or - for standard input (default: standard input where it is no "
                  "terminal)");
-  command.option("--midi", options->midi, "MIDI input: its number or part of its name; list names "
-                                          "them");
+  command.option("--midi", options->midi,
+                 "MIDI input: its number or part of its name; list names "
+                 "them");
   command.option("--osc", options->osc,
                  "PORT (of this machine alone) or HOST:PORT for OSC messages by UDP");
-  command.option("--hand", options->hand,
-                 "decay rate that the damping hand of keys and MIDI adds [1/s]")
+  command
+      .option("--hand", options->hand,
+              "decay rate that the damping hand of keys and MIDI adds [1/s]")
       .range(0.0, 1e6)
       .show_default();
   command.option("--listener", options->listener,

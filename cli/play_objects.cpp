@@ -69,9 +69,9 @@ PlayedObjects of_configuration(const PlayedWhat& what, const std::vector<std::st
     for (std::size_t v = 0; v < shape.variants.size(); ++v) {
       if (!shape.variants[v].sounds) continue;
       const std::string name = dataset::plan::object_name(shape.id, shape.variants[v]);
-      played.objects.push_back(
-          stage.make(name, name, std::make_shared<solvers::modes::Modes>(modes.of(v)),
-                     modes.materials(v), places_for(count)));
+      played.objects.push_back(stage.make(name, name,
+                                          std::make_shared<solvers::modes::Modes>(modes.of(v)),
+                                          modes.materials(v), places_for(count)));
     }
   }
   return played;
@@ -117,13 +117,12 @@ PlayedObjects of_objects(const PlayedWhat& what, const std::vector<std::string>&
     auto found = made.find(object.mesh);
     if (found == made.end()) {
       scene::SolvedObject solved = solve_object(object, context);
-      found = made
-                  .emplace(object.mesh,
-                           stage.make(short_name(object.mesh), object.mesh,
-                                      std::make_shared<solvers::modes::Modes>(
-                                          std::move(solved.modes)),
-                                      solved.materials, places_for(options.size())))
-                  .first;
+      found =
+          made.emplace(object.mesh,
+                       stage.make(short_name(object.mesh), object.mesh,
+                                  std::make_shared<solvers::modes::Modes>(std::move(solved.modes)),
+                                  solved.materials, places_for(options.size())))
+              .first;
     }
     live::LiveObject copy = found->second;
     if (const int time = ++times[copy.name]; time > 1) copy.name += fmt::format("-{}", time);

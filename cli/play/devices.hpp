@@ -36,8 +36,8 @@ std::vector<std::string> midi_ports();
 
 /// Hands each message of a MIDI port to `take` as its bytes.
 /// @throws InputError  no such port, or the program was built without RtMidi
-std::unique_ptr<Opened> open_midi_port(
-    const std::string& port, std::function<void(const std::vector<unsigned char>&)> take);
+std::unique_ptr<Opened> open_midi_port(const std::string& port,
+                                       std::function<void(const std::vector<unsigned char>&)> take);
 
 /// Takes OSC messages by UDP: /strike, /support, /damp and /stop (docs/play.md). Packets that are
 /// malformed or cannot be are counted.

@@ -34,9 +34,10 @@ Keyboard::~Keyboard() {
 }
 
 std::string Keyboard::help(std::size_t objects) {
-  return fmt::format("keys: 1 to m strike {}, capitals harder; space lays a hand on and takes it "
-                     "off; Escape or Ctrl-C ends",
-                     objects == 1 ? "places on the object" : "objects in their order");
+  return fmt::format(
+      "keys: 1 to m strike {}, capitals harder; space lays a hand on and takes it "
+      "off; Escape or Ctrl-C ends",
+      objects == 1 ? "places on the object" : "objects in their order");
 }
 
 void Keyboard::press(char key) {

@@ -59,15 +59,13 @@ Heard play_blocks(synth::live::Player& player, const Pace& pace, EventReader* ev
                   const std::function<bool(std::span<const float>)>& put) {
   Heard heard;
   const double rate = player.sample_rate();
-  const auto last = pace.seconds > 0
-                        ? static_cast<std::uint64_t>(std::llround(pace.seconds * rate))
-                        : UINT64_MAX;
+  const auto last =
+      pace.seconds > 0 ? static_cast<std::uint64_t>(std::llround(pace.seconds * rate)) : UINT64_MAX;
   std::vector<float> frames;
   if (events != nullptr && pace.clock) events->wait_for(0.5, 0.25);
   Clock::time_point start = Clock::now();
   for (std::uint64_t done = 0; done < last && Interrupts::signal() == 0;) {
-    const auto count =
-        static_cast<std::size_t>(std::min<std::uint64_t>(pace.block, last - done));
+    const auto count = static_cast<std::size_t>(std::min<std::uint64_t>(pace.block, last - done));
     const double begin = static_cast<double>(done) / rate;
     if (events != nullptr) {
       events->played(begin);
@@ -76,8 +74,8 @@ Heard play_blocks(synth::live::Player& player, const Pace& pace, EventReader* ev
     }
     if (ended(player, pace, events)) break;
     if (pace.clock) {
-      std::this_thread::sleep_until(
-          start + std::chrono::duration_cast<Clock::duration>(Seconds(begin)));
+      std::this_thread::sleep_until(start +
+                                    std::chrono::duration_cast<Clock::duration>(Seconds(begin)));
     }
     frames.resize(count * player.rows());
     const double before = processor_time();
@@ -123,9 +121,8 @@ Heard play_to_file(synth::live::Player& player, const std::string& path, const P
     clip.samples.insert(clip.samples.end(), frames.begin(), frames.end());
     return true;
   });
-  core::write_durably(path, [&](const std::filesystem::path& file) {
-    core::write_wav(file, clip, pace.format);
-  });
+  core::write_durably(
+      path, [&](const std::filesystem::path& file) { core::write_wav(file, clip, pace.format); });
   return heard;
 }
 

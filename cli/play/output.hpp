@@ -12,10 +12,10 @@ namespace carillon::cli::play {
 
 /// How long is played, and in what steps.
 struct Pace {
-  std::size_t block = 256;  ///< samples of a row
-  double latency = 0.05;    ///< that an output holds back beside the block [s]
-  bool clock = true;        ///< in real time; false: as quickly as the reader takes it
-  double seconds = 0;       ///< 0: until it is stopped
+  std::size_t block = 256;   ///< samples of a row
+  double latency = 0.05;     ///< that an output holds back beside the block [s]
+  bool clock = true;         ///< in real time; false: as quickly as the reader takes it
+  double seconds = 0;        ///< 0: until it is stopped
   bool ends_silent = false;  ///< once the events have ended and nothing rings
   core::SampleFormat format = core::SampleFormat::float32;
 };

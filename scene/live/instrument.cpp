@@ -67,9 +67,9 @@ std::vector<std::size_t> Instrument::named(const std::string& object) const {
   }
   const std::string near = core::nearest_name(object, names);
   throw InputError(fmt::format("there is no object \"{}\"", object),
-                   near.empty() ? fmt::format("they are called as {}, or by number from 0",
-                                              names.front())
-                                : fmt::format("did you mean \"{}\"?", near));
+                   near.empty()
+                       ? fmt::format("they are called as {}, or by number from 0", names.front())
+                       : fmt::format("did you mean \"{}\"?", near));
 }
 
 void Instrument::apply(const Request& request) {
@@ -86,10 +86,10 @@ void Instrument::apply(const Request& request) {
     } else {
       std::vector<LiveSupport>& supports = objects_[object].supports;
       if (request.support < 0 || static_cast<std::size_t>(request.support) >= supports.size()) {
-        throw InputError(
-            fmt::format("{} has no support {}: it has {}", objects_[object].name, request.support,
-                        supports.size()),
-            "supports of the scene are counted from 0; add some with --set supports.contacts=[...]");
+        throw InputError(fmt::format("{} has no support {}: it has {}", objects_[object].name,
+                                     request.support, supports.size()),
+                         "supports of the scene are counted from 0; add some with --set "
+                         "supports.contacts=[...]");
       }
       LiveSupport changed = supports[static_cast<std::size_t>(request.support)];
       changed.on = request.on.value_or(changed.on || request.stiffness || request.damping);
@@ -107,16 +107,15 @@ void Instrument::strike(std::size_t index, const Request& request) {
   strike.point = object.place;
   if (request.position) {
     if (!samplers_[index]) {
-      samplers_[index] =
-          std::make_unique<synth::modal::SurfaceSampler>(object.modes->surface);
+      samplers_[index] = std::make_unique<synth::modal::SurfaceSampler>(object.modes->surface);
     }
     strike.point = nearest_point(*samplers_[index], object.modes->surface, *request.position);
   } else if (request.place && !object.places.empty()) {
     strike.point = object.places[static_cast<std::size_t>(*request.place) % object.places.size()];
   }
-  strike.direction = request.direction
-                         ? *request.direction
-                         : Vec3(-synth::modal::frame_at(object.modes->surface, strike.point).normal);
+  strike.direction =
+      request.direction ? *request.direction
+                        : Vec3(-synth::modal::frame_at(object.modes->surface, strike.point).normal);
   const double length = strike.direction.norm();
   if (!(length > 0) || !std::isfinite(length)) throw InputError("the direction has no length");
   strike.direction /= length;

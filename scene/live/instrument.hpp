@@ -17,9 +17,9 @@ namespace carillon::scene::live {
 /// the first order in what the support adds (Rayleigh's quotient), modes stay uncoupled.
 struct LiveSupport {
   std::string name;
-  Eigen::VectorXd unit;   ///< u of each mode [1/kg]
-  double damping = 0;     ///< c [N s/m]
-  double stiffness = 0;   ///< k [N/m]
+  Eigen::VectorXd unit;  ///< u of each mode [1/kg]
+  double damping = 0;    ///< c [N s/m]
+  double stiffness = 0;  ///< k [N/m]
   bool on = true;
 };
 
@@ -29,15 +29,15 @@ struct LiveObject {
   std::shared_ptr<const solvers::modes::Modes> modes;
   std::vector<double> decay_rates;  ///< without supports [1/s]
   synth::modal::Readout readout;
-  synth::modal::SurfacePoint place;                 ///< struck where nothing else is said
-  std::vector<synth::modal::SurfacePoint> places;   ///< spread over it, for keys
+  synth::modal::SurfacePoint place;                ///< struck where nothing else is said
+  std::vector<synth::modal::SurfacePoint> places;  ///< spread over it, for keys
   std::vector<LiveSupport> supports;
 };
 
 /// How strikes are that say nothing else.
 struct UsualStrike {
-  double impulse = 0.02;   ///< [N s]
-  double contact = 2e-4;   ///< [s]
+  double impulse = 0.02;  ///< [N s]
+  double contact = 2e-4;  ///< [s]
 };
 
 /// Longest contact of a strike that is played [s].
@@ -68,7 +68,7 @@ class Instrument {
   void hold(std::size_t object, const std::optional<double>& time);
 
   std::vector<LiveObject> objects_;
-  std::vector<double> hands_;  ///< on each object [1/s]
+  std::vector<double> hands_;                                            ///< on each object [1/s]
   std::vector<std::unique_ptr<synth::modal::SurfaceSampler>> samplers_;  ///< made when needed
   UsualStrike usual_;
   synth::live::Player player_;

@@ -18,7 +18,7 @@ namespace {
 
 std::string text_of(const YAML::Node& node) {
   YAML::Emitter emitter;
-  emitter << YAML::Flow << node;
+  emitter << node;
   return emitter.c_str();
 }
 
@@ -30,8 +30,8 @@ struct Drawn {
   Sound sound;
 
   Drawn(const Scene& scene, const std::filesystem::path& cache, const std::string& shape,
-        const solvers::modes::Modes& modes,
-        const std::vector<synth::material::Material>& materials, std::uint64_t seed)
+        const solvers::modes::Modes& modes, const std::vector<synth::material::Material>& materials,
+        std::uint64_t seed)
       : chain(scene, cache, trace), object(chain.prepare(shape, shape, modes, materials)) {
     sound.object = &object;
     sound.seed = seed;
@@ -72,13 +72,15 @@ LiveStage::LiveStage(const Scene& scene, const std::string& supports, std::uint6
   if (!scene.runs("supports") || supports.empty()) return;
   for (YAML::Node contact : YAML::Load(supports)) {
     contact["probability"] = 1;
-    holds_.push_back(
-        {contact["kind"] ? contact["kind"].as<std::string>() : "support",
-         contact["coefficient"].as<double>(),
-         read_strike_scene(fmt::format("supports: {{coupling: diagonal, contacts: [{}]}}\n"
-                                       "strikes: {{impulse: {}, contact_time: {}}}\n",
-                                       text_of(contact), default_impulse, default_contact_time),
-                           "supports", {}, scene.materials, scene.materials_place)});
+    YAML::Node alone;
+    alone["supports"]["coupling"] = "diagonal";
+    alone["supports"]["contacts"].push_back(contact);
+    alone["strikes"]["impulse"] = default_impulse;
+    alone["strikes"]["contact_time"] = default_contact_time;
+    holds_.push_back({contact["kind"] ? contact["kind"].as<std::string>() : "support",
+                      contact["coefficient"].as<double>(),
+                      read_strike_scene(text_of(alone), "supports", {}, scene.materials,
+                                        scene.materials_place)});
   }
 }
 

@@ -16,9 +16,8 @@ constexpr double latest_time = 1e7;
 
 void check_time(const std::optional<double>& time) {
   if (!time || (*time >= 0 && *time < latest_time)) return;
-  throw core::InputError(
-      fmt::format("an event's time must be at least 0 s and below {} s, not {} s", latest_time,
-                  *time));
+  throw core::InputError(fmt::format(
+      "an event's time must be at least 0 s and below {} s, not {} s", latest_time, *time));
 }
 
 }  // namespace

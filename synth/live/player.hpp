@@ -48,8 +48,8 @@ class Player {
 
   /// For any thread: a strike, other values and the end; the time as Event::time.
   /// @throws InputError  as StreamingRenderer, or a time that is negative, not finite or years away
-  void strike(std::size_t body, const Eigen::VectorXd& excitation,
-              const modal::ContactForce& force, std::optional<double> time = {});
+  void strike(std::size_t body, const Eigen::VectorXd& excitation, const modal::ContactForce& force,
+              std::optional<double> time = {});
   void change(std::size_t body, std::span<const double> eigenvalues,
               std::span<const double> decay_rates, std::optional<double> time = {});
   void stop(std::optional<double> time = {});
