@@ -189,8 +189,7 @@ void tell_end(const Context& context, const scene::live::Instrument& instrument,
                                          {"reader_closed", heard.reader_closed},
                                          {"processor_s", heard.processor_seconds},
                                          {"ns_per_voice_sample", each}};
-    // Standard output may have the samples.
-    fmt::print(stderr, "{}\n", json.dump());
+    fmt::print("{}\n", json.dump());
     return;
   }
   fmt::print(stderr, "{:.3f} s played: {} events, {} refused, {} late{}; {} dropouts{}\n", seconds,

@@ -26,11 +26,11 @@ double checked(double value, const char* what) {
 
 Instrument::Instrument(std::vector<LiveObject> objects, const UsualStrike& usual,
                        double sample_rate, double gain)
-    : objects_(std::move(objects)),
+    : player_(objects.empty() ? 1 : objects.front().readout.delays.size(), sample_rate, gain),
+      objects_(std::move(objects)),
       hands_(objects_.size(), 0.0),
       samplers_(objects_.size()),
-      usual_(usual),
-      player_(objects_.empty() ? 1 : objects_.front().readout.delays.size(), sample_rate, gain) {
+      usual_(usual) {
   if (objects_.empty()) throw InputError("there are no objects to play", "name at least one");
   std::set<std::string> names;
   for (std::size_t i = 0; i < objects_.size(); ++i) {

@@ -67,11 +67,11 @@ class Instrument {
   void strike(std::size_t object, const Request& request);
   void hold(std::size_t object, const std::optional<double>& time);
 
+  synth::live::Player player_;
   std::vector<LiveObject> objects_;
   std::vector<double> hands_;                                            ///< on each object [1/s]
   std::vector<std::unique_ptr<synth::modal::SurfaceSampler>> samplers_;  ///< made when needed
   UsualStrike usual_;
-  synth::live::Player player_;
   std::mutex mutex_;
 };
 

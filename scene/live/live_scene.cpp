@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
 
-#include <algorithm>
+#include <string_view>
 #include <utility>
 
 #include "core/error.hpp"
@@ -43,18 +43,20 @@ struct Drawn {
 }  // namespace
 
 std::vector<LiveEffect> live_effects(const Scene& scene) {
-  const auto how = [](const std::string& name) -> std::pair<bool, const char*> {
+  const auto how = [](const Effect& effect) -> std::pair<bool, const char*> {
+    const std::string name = effect.name;
     if (name == "damping") return {true, "decay rates of each object"};
     if (name == "radiation") return {true, "pressure at the listeners"};
     if (name == "contact") return {true, "each strike's own contact time"};
     if (name == "supports") return {true, "modes stay uncoupled; each can be put on and off"};
     if (name == "striker") return {false, "strikes give impulse and contact time themselves"};
+    if (std::string_view(effect.stage) == "motion") return {false, "objects stay where they are"};
     return {false, "it works on whole clips"};
   };
   std::vector<LiveEffect> effects;
   for (const EffectDecision& decision : scene.effects) {
-    if (!decision.enabled || !decision.in_scene.start) continue;
-    const auto [heard, why] = how(decision.effect->name);
+    if (!decision.enabled || std::string_view(decision.effect->stage) == "view") continue;
+    const auto [heard, why] = how(*decision.effect);
     effects.push_back({decision.effect->name, heard, why});
   }
   return effects;

@@ -22,9 +22,9 @@ class Mailbox {
   void send(std::unique_ptr<Element> element) {
     Element* sent = element.release();
     sent->next = newest_.load(std::memory_order_relaxed);
+    // A new element that has come meanwhile is the next one.
     while (!newest_.compare_exchange_weak(sent->next, sent, std::memory_order_release,
                                           std::memory_order_relaxed)) {
-      continue;
     }
   }
 

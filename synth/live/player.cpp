@@ -87,6 +87,8 @@ void Player::begin(std::unique_ptr<Event> event) {
     const auto in = static_cast<std::uint64_t>(std::ceil(delay * sample_rate_));
     stop_at_ = std::min(stop_at_, renderer_.position() + in);
   }
+  // Before it counts as begun, so that who looks meanwhile does not find it nowhere.
+  ++voices_;
   ++events_;
   done_.send(std::move(event));
 }
@@ -108,7 +110,8 @@ void Player::play(std::span<float> frames) noexcept {
     while (auto change = renderer_.take_ended_change()) done_changes_.send(std::move(change));
   }
   position_ = renderer_.position();
-  voices_ = renderer_.voices() + renderer_.contacts();
+  const bool stops = stop_at_ != UINT64_MAX && renderer_.position() < stop_at_;
+  voices_ = renderer_.voices() + renderer_.contacts() + (stops ? 1 : 0);
   if (renderer_.position() >= stop_at_) stopped_ = true;
 }
 

@@ -28,7 +28,7 @@ struct Played {
   std::uint64_t events = 0;   ///< that have begun, or wait within the renderer for their time
   std::uint64_t late = 0;     ///< of them: their time was over when they came
   double latest = 0;          ///< by how much, at the most [s]
-  std::uint64_t voices = 0;   ///< partials that ring, and contacts that are to come
+  std::uint64_t voices = 0;   ///< partials that ring, and what is to come yet
   bool stopped = false;
 };
 
