@@ -14,7 +14,6 @@ import unittest
 import wave
 
 import numpy
-
 from program import CARILLON, LONG, TIMEOUT_FACTOR, FolderTest, run
 
 RATE = 44100
