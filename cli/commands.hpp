@@ -27,6 +27,7 @@ void add_texture(Program& program, Context& context);
 void add_manual(Program& program, Context& context);
 void add_modes(Program& program, Context& context);
 void add_plan(Program& program, Context& context);
+void add_play(Program& program, Context& context);
 void add_preview(Program& program, Context& context);
 void add_realimpact(Program& program, Context& context);
 void add_report(Program& program, Context& context);

@@ -33,11 +33,11 @@ namespace carillon::cli {
 namespace {
 
 constexpr AddCommand commands[] = {
-    add_build,      add_status,   add_plan,         add_preview,     add_check,
-    add_regenerate, add_modes,    add_inspect,      add_strike,      add_list,
-    add_accuracy,   add_features, add_fit,          add_estimate,    add_compare,
-    add_texture,    add_export,   add_export_faust, add_export_gltf, add_realimpact,
-    add_score,      add_report,   add_schema,       add_completion,  add_manual};
+    add_build,        add_status,      add_plan,       add_preview, add_check,   add_regenerate,
+    add_modes,        add_inspect,     add_strike,     add_play,    add_list,    add_accuracy,
+    add_features,     add_fit,         add_estimate,   add_compare, add_texture, add_export,
+    add_export_faust, add_export_gltf, add_realimpact, add_score,   add_report,  add_schema,
+    add_completion,   add_manual};
 
 /// Waits until every rank has ended its command, without holding a core.
 /// @param seconds  after which it gives up

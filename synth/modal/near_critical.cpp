@@ -11,23 +11,25 @@ constexpr double tail = 1e-17;
 
 }  // namespace
 
+void add_motion(const Resonances& resonances, const NearCriticalMotion& motion,
+                std::vector<NearCritical>& modes) {
+  const double lambda = resonances.eigenvalues[motion.index];
+  const double d = resonances.decay_rates[motion.index];
+  auto mode = std::find_if(modes.begin(), modes.end(),
+                           [&](const NearCritical& other) { return other.index == motion.index; });
+  if (mode == modes.end()) {
+    const LinearForceStep step = linear_force_step(lambda, d, 1 / resonances.sample_rate);
+    mode = modes.insert(mode, {motion.index, motion.gains, step, 0, 0, 0});
+  }
+  mode->displacement += motion.start.displacement;
+  mode->velocity += motion.start.velocity;
+  const ModalResponse decay(lambda, d, motion.start);
+  mode->end = tail * decay.bound_after_contact(0, motion.gains);
+}
+
 void add_motions(const Resonances& resonances, const std::vector<NearCriticalMotion>& motions,
                  std::vector<NearCritical>& modes) {
-  for (const NearCriticalMotion& motion : motions) {
-    const double lambda = resonances.eigenvalues[motion.index];
-    const double d = resonances.decay_rates[motion.index];
-    auto mode = std::find_if(modes.begin(), modes.end(), [&](const NearCritical& other) {
-      return other.index == motion.index;
-    });
-    if (mode == modes.end()) {
-      const LinearForceStep step = linear_force_step(lambda, d, 1 / resonances.sample_rate);
-      mode = modes.insert(mode, {motion.index, motion.gains, step, 0, 0, 0});
-    }
-    mode->displacement += motion.start.displacement;
-    mode->velocity += motion.start.velocity;
-    const ModalResponse decay(lambda, d, motion.start);
-    mode->end = tail * decay.bound_after_contact(0, motion.gains);
-  }
+  for (const NearCriticalMotion& motion : motions) add_motion(resonances, motion, modes);
 }
 
 void ring_on(const Resonances& resonances, std::span<NearCritical> modes,

@@ -22,6 +22,8 @@ struct NearCritical {
 /// Adds what a strike has left to the modes that ring already, or begins them.
 void add_motions(const Resonances& resonances, const std::vector<NearCriticalMotion>& motions,
                  std::vector<NearCritical>& modes);
+void add_motion(const Resonances& resonances, const NearCriticalMotion& motion,
+                std::vector<NearCritical>& modes);
 
 /// Adds the modes' next samples and moves them on.
 void ring_on(const Resonances& resonances, std::span<NearCritical> modes,

@@ -27,6 +27,7 @@ NAMES = {
     "nlohmann-json3-dev": ("nlohmann-json", "nlohmann_json"), "libcli11-dev": ("cli11", "cli11"),
     "libspdlog-dev": ("spdlog", "spdlog"), "libfmt-dev": ("fmt", "fmt"),
     "librandom123-dev": ("random123", "random123"), "libssl-dev": ("openssl", "openssl"),
+    "portaudio19-dev": ("", "portaudio"), "librtmidi-dev": ("", ""), "liblo-dev": ("", ""),
     "libcpp-httplib-dev": ("cpp-httplib", "cpp-httplib"),
     "libtorch-dev": ("py-torch", "libtorch"), "liblinear-dev": ("liblinear", "liblinear"), "nodejs": ("node-js", ""), "npm": ("npm", ""),
     "python3": ("python", "python"), "python3-dev": ("python", "python"), "pybind11-dev": ("py-pybind11", "pybind11"),
