@@ -133,16 +133,22 @@ TEST(SceneFrame, ShadowOfABallLiesWhereTheLightPutsIt) {
                   .up = Vec3::UnitY(),
                   .field_of_view = 0.35};
   scene.light = {-1, -0.5, 1.2};
+  scene.light_radius = 0.01;
   const SceneFrame with = draw(scene, {{{.origin = {0, 0, 0.15}}}});
   const SceneFrame without = draw(scene, {{{.origin = {0, 0, -9}}}});
   const Pinhole pinhole(scene.camera);
+  // Half of the lamp is seen at the edge of the shadow that its middle casts.
+  const Eigen::Vector2d core = pinhole.pixel({0.125, 0.0625, 0});
+  const int darkest = brightness(without, int(core.x()), int(core.y())) -
+                      brightness(with, int(core.x()), int(core.y()));
+  ASSERT_GT(darkest, 100);
   Eigen::Vector2d middle(0, 0);
   double area = 0;
   for (int row = 0; row < 300; ++row) {
     for (int column = 0; column < 300; ++column) {
       if (with.mask[at(with, column, row)] != 0) continue;
       const int dark = brightness(without, column, row) - brightness(with, column, row);
-      if (dark < 60) continue;
+      if (2 * dark < darkest) continue;
       middle += pinhole.place(column, row, 2).head<2>();
       area += 1;
     }
