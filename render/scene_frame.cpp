@@ -100,6 +100,7 @@ struct SceneRenderer::Parts {
   Eigen::Matrix4d light_from_world;
   double shadow_radius = 1, shadow_search = 1;
   Vec3 columns_place = Vec3::Zero();
+  double columns_middle = 0, columns_height = 1;  ///< of what they tell apart, from its middle
   double cover_distance = 1;
 
   explicit Parts(const Scene& scene) : light_radius(scene.light_radius) {
@@ -211,6 +212,8 @@ void SceneRenderer::Parts::draw_shadows(std::span<const ScenePose> poses) {
   shadow_search = std::tan(light_radius) * std::min(1.0, way / (2 * shadow_radius));
   // The columns' square, about the same bodies; what shades one is within the size of most.
   const double side = 2 * shadow_radius;
+  columns_middle = middle.z();
+  columns_height = any ? std::max(box.high.z() - box.low.z(), shadow_radius) : shadow_radius;
   columns_place = {middle.x() - side / 2, middle.y() - side / 2, side};
   std::vector<double> sizes;
   for (const Drawn& body : bodies) sizes.push_back(body.ball.radius);
@@ -244,17 +247,21 @@ void SceneRenderer::Parts::draw_shadows(std::span<const ScenePose> poses) {
 
 void SceneRenderer::Parts::draw_columns(std::span<const ScenePose> poses) {
   columns.begin();
+  glEnable(GL_DEPTH_CLAMP);
   glUseProgram(programs.columns.get());
   Eigen::Matrix4d from_above = Eigen::Matrix4d::Zero();
-  from_above.diagonal() << 2 / columns_place.z(), 2 / columns_place.z(), 0, 1;
+  from_above.diagonal() << 2 / columns_place.z(), 2 / columns_place.z(), -1 / columns_height, 1;
+  from_above(2, 3) = columns_middle / columns_height;
   from_above.block<2, 1>(0, 3) =
       -2 * columns_place.head<2>() / columns_place.z() - Eigen::Vector2d::Ones();
   set_matrix(programs.columns, "clip_from_world", from_above);
   for (std::size_t i = 0; i < bodies.size(); ++i) {
-    set_place(programs.columns, bodies[i], world_from_body(poses[i]));
+    const Eigen::Affine3d world = world_from_body(poses[i]);
+    set_place(programs.columns, bodies[i], world);
+    set_number(programs.columns, "middle_height", (world * bodies[i].ball.centre).z());
     bodies[i].mesh.draw();
   }
-  columns.end();
+  glDisable(GL_DEPTH_CLAMP);
 }
 
 /// What is not clear is drawn, and kept; then the back faces of what is.

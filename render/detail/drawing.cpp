@@ -182,28 +182,24 @@ void ShadowMap::begin() {
 }
 
 ColumnMap::ColumnMap(int side)
-    : side_(side), texture_(make_target(GL_RG32F, GL_RG, GL_FLOAT, side, side)) {
+    : side_(side),
+      depths_(make_target(GL_DEPTH_COMPONENT32F, GL_DEPTH_COMPONENT, GL_FLOAT, side, side)),
+      texture_(make_target(GL_RG32F, GL_RG, GL_FLOAT, side, side)) {
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
   glGenFramebuffers(1, target_.put());
   glBindFramebuffer(GL_FRAMEBUFFER, target_.get());
   glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, texture_.get(), 0);
+  glFramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, depths_.get(), 0);
 }
 
 void ColumnMap::begin() {
   glBindFramebuffer(GL_FRAMEBUFFER, target_.get());
   glViewport(0, 0, side_, side_);
-  glDisable(GL_DEPTH_TEST);
+  glEnable(GL_DEPTH_TEST);
+  glClear(GL_DEPTH_BUFFER_BIT);
   const std::array<float, 4> nothing = {-1e30F, -1e30F, 0, 0};
   glClearBufferfv(GL_COLOR, 0, nothing.data());
-  glEnablei(GL_BLEND, 0);
-  glBlendEquation(GL_MAX);
-}
-
-void ColumnMap::end() {
-  glBlendEquation(GL_FUNC_ADD);
-  glDisablei(GL_BLEND, 0);
-  glEnable(GL_DEPTH_TEST);
 }
 
 std::uint8_t srgb(double linear) {

@@ -82,13 +82,13 @@ class ShadowMap {
 class ColumnMap {
  public:
   explicit ColumnMap(int side);
-  /// What is drawn next goes into it, with nothing there before; end() puts blending back.
+  /// What is drawn next goes into it, with nothing there before.
   void begin();
-  void end();
   GLuint texture() const { return texture_.get(); }
 
  private:
   int side_;
+  Texture depths_;
   Texture texture_;
   Framebuffer target_;
 };

@@ -8,9 +8,9 @@ namespace carillon::render {
 ///
 /// The key's shadow is filtered over the penumbra of the lamp's disc: the mean distance of what is
 /// in the way, by the lamp's angle (percentage-closer soft shadows, Fernando 2005), on the plane of
-/// the surface. The light from all around is kept away by the bodies' columns between their highest
-/// and lowest heights: what these bands cover of the cosine-weighted hemisphere, in some directions
-/// and at two distances in each.
+/// the surface. The light from all around is kept away by the columns of the uppermost bodies
+/// between their highest and lowest heights: what these bands cover of the cosine-weighted
+/// hemisphere, in some directions and at two distances in each.
 inline constexpr const char* light_code = R"(
 uniform mat4 light_from_world;
 uniform sampler2DShadow shadow_map;
@@ -51,13 +51,14 @@ float lit_by_key(vec3 position, vec3 normal) {
   float blockers = 0.0, depth = 0.0;
   vec2 w = way;
   for (int i = 0; i < shadow_taps; ++i) {
-    vec2 off = shadow_search * sqrt((float(first + i * step) + 0.5) / float(all)) * w;
+    // Densest in the middle, where what is near keeps light away.
+    float part = (float(first + i * step) + 0.5) / float(all);
+    vec2 off = shadow_search * part * w;
     float seen = textureLod(shadow_depths, there.xy + off, 0.0).r;
-    // No lamp reaches a place from behind what is nearer than the cone to it is wide.
     float before = there.z + dot(plane, off) - seen - shadow_texel;
-    if (before > 0.0 && before * lamp * 1.25 + shadow_texel > length(off)) {
+    if (before > 0.0) {
       blockers += 1.0;
-      depth += there.z - seen;
+      depth += before;
     }
     w = turned * w;
   }

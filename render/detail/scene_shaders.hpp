@@ -46,11 +46,13 @@ out vec4 color;
 void main() { color = vec4(vec3(mix(0.52, 0.80, 0.5 + 0.5 * height)), 1.0); }
 )";
 
-/// Heights of bodies from above: what is drawn with GL_MAX is the highest, and minus the lowest.
+/// Heights of the uppermost bodies: the highest, and minus the lowest, which most bodies have as
+/// far below their middle as the highest is above it.
 inline constexpr const char* columns_fragment = R"(#version 330 core
 in vec3 world_position;
 out vec2 heights;
-void main() { heights = vec2(world_position.z, -world_position.z); }
+uniform float middle_height;
+void main() { heights = vec2(world_position.z, world_position.z - 2.0 * middle_height); }
 )";
 
 /// A body's triangles. Places of a textured face are (u, v, height above the face) [m].
