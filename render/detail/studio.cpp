@@ -48,9 +48,9 @@ Studio make_studio(const Vec3& key, double radius, const Vec3& ground) {
   const double side = std::max(std::tan(radius), 1e-3) * std::sqrt(std::numbers::pi) / 2;
   Studio studio{{0.30, 0.31, 0.33},
                 Vec3::Zero(),
-                {box_at(key, {side, side}, {0.66, 0.64, 0.60}),
-                 box_at(direction_at(forward, 2.1, 0.35), {0.35, 0.6}, {0.12, 0.13, 0.15}),
-                 box_at(direction_at(forward, -2.6, 0.6), {0.7, 0.16}, {0.14, 0.14, 0.145})}};
+                {box_at(key, {side, side}, {0.76, 0.74, 0.70}),
+                 box_at(direction_at(forward, 2.1, 0.35), {0.35, 0.6}, {0.05, 0.055, 0.065}),
+                 box_at(direction_at(forward, -2.6, 0.6), {0.7, 0.16}, {0.06, 0.06, 0.063})}};
   // Objects stand on the floor and shade it.
   studio.floor = 0.7 * ground.cwiseProduct(studio.on_the_floor());
   return studio;
