@@ -52,6 +52,7 @@ struct Scene {
   std::optional<SceneGround> ground;
   SceneCamera camera;
   Vec3 light = {-0.7, -0.15, 0.7};  ///< towards the key light, which is far away
+  double light_radius = 0.08;       ///< angular, of its disc [rad], below 0.5; 0: sharp shadows
 };
 
 /// Where a body's coordinates are.
@@ -77,6 +78,9 @@ class SceneRenderer {
   ~SceneRenderer();
   SceneRenderer(SceneRenderer&&) noexcept;
 
+  /// From another place, by another key light, from now on.
+  /// @throws InputError  a camera or light that cannot be
+  void look_from(const SceneCamera& camera, const Vec3& light);
   /// @param poses  one for each body
   /// @throws InputError  another number of poses, or one that is not finite
   SceneFrame draw(std::span<const ScenePose> poses);

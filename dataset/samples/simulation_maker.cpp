@@ -110,7 +110,7 @@ void SimulationMaker::draw(Simulation& simulation) {
   if (!config_.scene.runs("movie")) return;
   const core::ScopedTimer timer(trace_.effects["movie"]);
   const scene::motion::MotionCamera& camera = *config_.motion->camera;
-  render::SceneRenderer renderer(picture_of(simulation.stage, *config_.motion));
+  render::SceneRenderer renderer(picture_of(simulation.stage, config_));
   const double step = simulation.motion.step;
   const std::size_t first = config_.motion->ground ? 1 : 0;
   for (std::size_t f = 0; f < camera.frames(config_.scene.audio.seconds); ++f) {

@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -30,7 +31,7 @@ void set_integer(const Program& program, const char* name, int value) {
   glUniform1i(glGetUniformLocation(program.get(), name), value);
 }
 
-GrainPlace grain_place(const ShadingMesh& mesh, const Appearance& appearance) {
+GrainPlace grain_place(const ShadingMesh& mesh, double radius, const Appearance& appearance) {
   Eigen::Vector3f low = Eigen::Vector3f::Constant(2), high = Eigen::Vector3f::Constant(-2);
   for (std::size_t i = 0; i < mesh.positions.size(); i += 3) {
     const Eigen::Map<const Eigen::Vector3f> position(mesh.positions.data() + i);
@@ -45,6 +46,8 @@ GrainPlace grain_place(const ShadingMesh& mesh, const Appearance& appearance) {
   core::RandomStream random(appearance.piece, 0, "grain");
   const double slice = random.uniform(-32, 32), angle = random.uniform(0, 2 * std::numbers::pi);
   const double from_pith = random.uniform(0.3, 1.2);
+  // A unit is 30 mm, so that rings are 3 mm apart; small bodies show some, too.
+  place.scale = std::max(0.6, radius / 0.03);
   place.offset = {slice, from_pith * std::cos(angle), from_pith * std::sin(angle)};
   return place;
 }
@@ -55,9 +58,13 @@ void set_appearance(const Program& program, const Appearance& appearance, const 
   set_number(program, "roughness", appearance.roughness);
   set_number(program, "metallic", appearance.metallic);
   set_number(program, "transmission", appearance.transmission);
+  set_number(program, "coat", appearance.coat);
   set_integer(program, "grain_kind", painted ? 0 : static_cast<int>(appearance.grain));
+  set_integer(program, "grain_layers", appearance.grain == looks::Grain::speckled ? 3 : 4);
   set_number(program, "grain_contrast", appearance.grain_contrast);
   set_vector(program, "grain_offset", grain.offset);
+  set_number(program, "grain_scale", grain.scale);
+  set_number(program, "plank_width", grain.plank_width);
   const Eigen::Matrix3f axes = grain.axes.cast<float>();  // stored by columns, as OpenGL has them
   glUniformMatrix3fv(glGetUniformLocation(program.get(), "grain_axes"), 1, GL_FALSE, axes.data());
 }
@@ -153,6 +160,12 @@ ShadowMap::ShadowMap(int side)
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_COMPARE_FUNC, GL_LEQUAL);
+  glGenSamplers(1, plain_.put());
+  glSamplerParameteri(plain_.get(), GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+  glSamplerParameteri(plain_.get(), GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+  glSamplerParameteri(plain_.get(), GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+  glSamplerParameteri(plain_.get(), GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+  glSamplerParameteri(plain_.get(), GL_TEXTURE_COMPARE_MODE, GL_NONE);
   glGenFramebuffers(1, target_.put());
   glBindFramebuffer(GL_FRAMEBUFFER, target_.get());
   glFramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, texture_.get(), 0);
@@ -166,6 +179,27 @@ void ShadowMap::begin() {
   glViewport(0, 0, side_, side_);
   glEnable(GL_DEPTH_TEST);
   glClear(GL_DEPTH_BUFFER_BIT);
+}
+
+ColumnMap::ColumnMap(int side)
+    : side_(side),
+      depths_(make_target(GL_DEPTH_COMPONENT32F, GL_DEPTH_COMPONENT, GL_FLOAT, side, side)),
+      texture_(make_target(GL_RG32F, GL_RG, GL_FLOAT, side, side)) {
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+  glGenFramebuffers(1, target_.put());
+  glBindFramebuffer(GL_FRAMEBUFFER, target_.get());
+  glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, texture_.get(), 0);
+  glFramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, depths_.get(), 0);
+}
+
+void ColumnMap::begin() {
+  glBindFramebuffer(GL_FRAMEBUFFER, target_.get());
+  glViewport(0, 0, side_, side_);
+  glEnable(GL_DEPTH_TEST);
+  glClear(GL_DEPTH_BUFFER_BIT);
+  const std::array<float, 4> nothing = {-1e30F, -1e30F, 0, 0};
+  glClearBufferfv(GL_COLOR, 0, nothing.data());
 }
 
 std::uint8_t srgb(double linear) {

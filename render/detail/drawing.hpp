@@ -22,12 +22,15 @@ void set_integer(const Program& program, const char* name, int value);
 struct GrainPlace {
   Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();  ///< rows: along the grain and across
   Vec3 offset = Vec3::Zero();                          ///< of the body's middle from the origin
+  double scale = 1;        ///< of the pattern to the body's ball, whose radius is 1
+  double plank_width = 0;  ///< of a floor's boards, in the pattern's units; 0: one piece
 };
 /// Along the body's longest axis: the first of those that are as long within a hundredth. The piece
 /// says where from the pith it was cut.
-GrainPlace grain_place(const ShadingMesh& mesh, const Appearance& appearance);
-/// Uniforms of shading_code.hpp and grain_code.hpp, and of the reflectance, which is the factor of
-/// a mesh's own colours where it has them.
+/// @param radius  of the body's ball [m]
+GrainPlace grain_place(const ShadingMesh& mesh, double radius, const Appearance& appearance);
+/// Uniforms of grain_code.hpp and those of shading_code.hpp that are the surface's, and of the
+/// reflectance, which is the factor of a mesh's own colours where it has them.
 void set_appearance(const Program& program, const Appearance& appearance, const GrainPlace& grain);
 /// @throws InputError  colours that are not as many as the mesh's vertices, looks of faces that are
 ///                     not as many as these, or a number of none
@@ -59,16 +62,33 @@ class DrawableMesh {
   Buffer indices_;
 };
 
-/// Depth seen from a light, read with comparison.
+/// Depth seen from a light, read with comparison, or as it is.
 class ShadowMap {
  public:
   explicit ShadowMap(int side);
   /// What is drawn next goes into it, with nothing there before.
   void begin();
   GLuint texture() const { return texture_.get(); }
+  GLuint plain_sampler() const { return plain_.get(); }
 
  private:
   int side_;
+  Texture texture_;
+  Sampler plain_;
+  Framebuffer target_;
+};
+
+/// Highest and lowest heights seen from straight above (light_code.hpp).
+class ColumnMap {
+ public:
+  explicit ColumnMap(int side);
+  /// What is drawn next goes into it, with nothing there before.
+  void begin();
+  GLuint texture() const { return texture_.get(); }
+
+ private:
+  int side_;
+  Texture depths_;
   Texture texture_;
   Framebuffer target_;
 };

@@ -23,6 +23,9 @@ inline void delete_framebuffer(GLuint* name) {
 inline void delete_texture(GLuint* name) {
   glDeleteTextures(1, name);
 }
+inline void delete_sampler(GLuint* name) {
+  glDeleteSamplers(1, name);
+}
 inline void delete_shader(GLuint* name) {
   glDeleteShader(*name);
 }
@@ -34,6 +37,7 @@ using Buffer = core::Handle<GLuint, delete_buffer>;
 using VertexArray = core::Handle<GLuint, delete_vertex_array>;
 using Framebuffer = core::Handle<GLuint, delete_framebuffer>;
 using Texture = core::Handle<GLuint, delete_texture>;
+using Sampler = core::Handle<GLuint, delete_sampler>;
 using Shader = core::Handle<GLuint, delete_shader>;
 using Program = core::Handle<GLuint, delete_program>;
 

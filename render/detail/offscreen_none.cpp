@@ -37,6 +37,10 @@ SceneRenderer::SceneRenderer(const Scene& /*scene*/) {
 SceneRenderer::~SceneRenderer() = default;
 SceneRenderer::SceneRenderer(SceneRenderer&&) noexcept = default;
 
+void SceneRenderer::look_from(const SceneCamera& /*camera*/, const Vec3& /*light*/) {
+  refuse();
+}
+
 SceneFrame SceneRenderer::draw(std::span<const ScenePose> /*poses*/) {
   refuse();
 }

@@ -54,10 +54,18 @@ void check_picture(int width, int height, double field_of_view) {
   }
 }
 
-void check(const Scene& scene) {
-  check(scene.camera);
-  if (!scene.light.allFinite() || !(scene.light.norm() > 0)) {
+void check(const SceneCamera& camera, const Vec3& light) {
+  check(camera);
+  if (!light.allFinite() || !(light.norm() > 0)) {
     throw core::InputError("light: a direction must be finite and not zero");
+  }
+}
+
+void check(const Scene& scene) {
+  check(scene.camera, scene.light);
+  if (!(scene.light_radius >= 0 && scene.light_radius < 0.5)) {
+    throw core::InputError(
+        fmt::format("light: its angular radius must be 0 to 0.5 rad, not {}", scene.light_radius));
   }
   if (scene.bodies.size() > 255) {
     throw core::InputError(

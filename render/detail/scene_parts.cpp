@@ -1,15 +1,25 @@
 #include "render/detail/scene_parts.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace carillon::render {
+
+double Drawn::transmission() const {
+  double most = 0;
+  for (const Look& look : looks)
+    most = std::max(most, look.appearance.transmission * (1 - look.appearance.metallic));
+  return most;
+}
+
 Drawn make_drawn(const SceneBody& body, int number, const FootprintPainter& footprints) {
   const BoundingBall ball = bounding_ball(body.mesh);
   check_looks(body.appearance, body.faces, body.mesh);
   const ShadingMesh mesh = shading_mesh(body.mesh, ball, default_crease_angle);
-  std::vector<Drawn::Look> looks = {{body.appearance, grain_place(mesh, body.appearance)}};
+  std::vector<Drawn::Look> looks = {
+      {body.appearance, grain_place(mesh, ball.radius, body.appearance)}};
   for (const Appearance& other : body.faces.others)
-    looks.push_back({other, grain_place(mesh, other)});
+    looks.push_back({other, grain_place(mesh, ball.radius, other)});
   Drawn drawn{.mesh = DrawableMesh(mesh, body.appearance.colours, body.faces.of_faces),
               .ball = ball,
               .looks = std::move(looks),
@@ -44,7 +54,9 @@ Drawn make_drawn(const SceneGround& ground, const FootprintPainter& footprints) 
     body.texture = {ground.map, corner, Vec3::UnitX(), Vec3::UnitY(), {side, side}};
   }
   Drawn drawn = make_drawn(body, 0, footprints);
-  drawn.fade_reach = ground.reach;
+  drawn.fade_distance = ground.reach;
+  // Wood is a floor of boards, 12 cm wide.
+  if (ground.appearance.grain == looks::Grain::wood) drawn.looks.front().grain.plank_width = 4;
   return drawn;
 }
 

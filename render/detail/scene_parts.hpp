@@ -21,14 +21,16 @@ struct Drawn {
   };
   std::vector<Look> looks;  ///< of the mesh's parts
   Vec3 deep_color;
-  int number = 0;         ///< in the mask
-  double fade_reach = 0;  ///< 0: none
+  int number = 0;            ///< in the mask
+  double fade_distance = 0;  ///< 0: none
   std::optional<FaceDetail> detail;
   std::optional<Footprint> footprint;  ///< of a relief
   Eigen::Affine3d body_from_face = Eigen::Affine3d::Identity();
   Eigen::Vector2d face_size = {0, 0};
   Eigen::Affine3d body_from_mesh = Eigen::Affine3d::Identity();
 
+  /// The most that a part of it lets through.
+  double transmission() const;
   double tolerance() const { return 1e-5 * ball.radius; }  ///< of what lies in the face [m]
 };
 

@@ -18,13 +18,41 @@ inline constexpr const char* scene_shadow_fragment = R"(#version 330 core
 in vec3 face_position;
 uniform vec3 slab;  // width, height and depth; a depth of 0: none
 uniform float face_tolerance;
+uniform float let_through;  // fraction of the key's light
 void main() {
+  // As much as this of each four neighbours has no shadow.
+  ivec2 place = ivec2(gl_FragCoord.xy) & 1;
+  if ((0.5 + float(place.x == place.y ? place.x : 2 + place.x)) < 4.0 * let_through) discard;
   vec2 uv = face_position.xy;
   if (slab.z > 0.0 && face_position.z > -slab.z && all(greaterThan(uv, vec2(-face_tolerance))) &&
       all(lessThan(uv, slab.xy + face_tolerance))) {
     discard;
   }
 }
+)";
+
+/// One triangle over the whole picture: a backdrop of paper, brighter towards its top.
+inline constexpr const char* background_vertex = R"(#version 330 core
+out float height;
+void main() {
+  vec2 corner = vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0);
+  height = corner.y;
+  gl_Position = vec4(corner, 0.0, 1.0);
+}
+)";
+inline constexpr const char* background_fragment = R"(#version 330 core
+in float height;
+out vec4 color;
+void main() { color = vec4(vec3(mix(0.52, 0.80, 0.5 + 0.5 * height)), 1.0); }
+)";
+
+/// Heights of the uppermost bodies: the highest, and minus the lowest, which most bodies have as
+/// far below their middle as the highest is above it.
+inline constexpr const char* columns_fragment = R"(#version 330 core
+in vec3 world_position;
+out vec2 heights;
+uniform float middle_height;
+void main() { heights = vec2(world_position.z, world_position.z - 2.0 * middle_height); }
 )";
 
 /// A body's triangles. Places of a textured face are (u, v, height above the face) [m].
@@ -52,38 +80,22 @@ void main() {
 }
 )";
 
-/// After shading and grain: what bodies and reliefs have in common.
+/// After shading, light and grain: what bodies and reliefs have in common.
 inline constexpr const char* scene_common = R"(
 layout(location = 0) out vec4 color;
 layout(location = 1) out vec4 depth_and_body;
-uniform mat4 light_from_world;
 uniform vec3 eye;
 uniform vec3 forward;
 uniform vec3 reflectance;
 uniform vec3 deep_reflectance;
 uniform float body_number;
-uniform vec3 shadow_steps;  // along the normal [m], between samples, towards the light
 uniform vec3 fade_middle;
-uniform float fade_reach;   // 0: does not fade
-uniform sampler2DShadow shadow_map;
+uniform float fade_distance;  // 0: does not fade
 
 uniform sampler2D slopes;
 uniform vec2 map_size;      // [m]
 uniform float texel;        // distance of the texture's samples [m]
 uniform float pixel_angle;  // of a sample
-
-float lit_by_key(vec3 position, vec3 normal) {
-  vec3 there = (light_from_world * vec4(position + shadow_steps.x * normal, 1.0)).xyz * 0.5 + 0.5;
-  if (any(lessThan(there.xy, vec2(0.0))) || any(greaterThan(there.xy, vec2(1.0)))) return 1.0;
-  float sum = 0.0;
-  for (int i = -1; i <= 1; ++i) {
-    for (int j = -1; j <= 1; ++j) {
-      sum += texture(shadow_map, vec3(there.xy + vec2(i, j) * shadow_steps.y,
-                                      clamp(there.z - shadow_steps.z, 0.0, 1.0)));
-    }
-  }
-  return sum / 9.0;
-}
 
 // Normal of the map at a place, in the face's axes; blurred where a pixel sees many texels.
 vec3 map_normal(vec2 uv, float seen_size) {
@@ -91,19 +103,21 @@ vec3 map_normal(vec2 uv, float seen_size) {
   return normalize(vec3(-slope, 1.0));
 }
 
-void put(vec3 position, vec3 n, vec3 reflected, float lit) {
+void put(vec3 position, vec3 n, vec3 reflected, float rough, float lit, float open,
+         vec3 through) {
   vec3 v = normalize(eye - position);
-  vec3 seen = shade(n, v, reflected, lit);
+  vec3 seen = toned(shade(n, v, reflected, rough, lit, open, through));
   float there = 1.0;
-  if (fade_reach > 0.0) {
-    there = 1.0 - smoothstep(0.5 * fade_reach, fade_reach, length((position - fade_middle).xy));
+  if (fade_distance > 0.0) {
+    float away = length((position - fade_middle).xy) / fade_distance;
+    there = 1.0 - smoothstep(0.35, 1.0, away);
   }
   color = vec4(seen, there);
   depth_and_body = vec4(dot(position - eye, forward), body_number, 0.0, 1.0);
 }
 )";
 
-/// After scene_common: a body's triangles.
+/// After scene_common: a body's triangles; with CLEAR defined, after glass_code, of clear bodies.
 inline constexpr const char* scene_fragment = R"(
 in vec3 world_position;
 in vec3 world_normal;
@@ -137,8 +151,14 @@ void main() {
       n = world_from_face * map_normal(uv, length(eye - world_position) * pixel_angle / slant);
     }
   }
-  vec3 own = grained(reflectance * own_colour, mesh_position);
-  put(world_position, n, own, lit_by_key(world_position, geometric));
+  float rough = roughness;
+  vec3 own = grained(reflectance * own_colour, mesh_position, rough);
+  vec3 through = vec3(0.0);
+#ifdef CLEAR
+  if (transmission > 0.0) through = seen_through(world_position, n, v, own);
+#endif
+  put(world_position, n, own, rough, lit_by_key(world_position, geometric),
+      open_to_all(world_position, geometric), through);
 }
 )";
 
@@ -188,7 +208,8 @@ float height(vec2 uv) {
   return textureLod(heights, uv / map_size, 0.0).r;
 }
 
-// Part of the key light that no other part of the relief keeps from a place in it.
+// Part of the key light that no other part of the relief keeps from a place in it: by how far the
+// ray to the lamp's middle passes over what is highest on its way, against the lamp's width there.
 float lit_in_relief(vec3 place, vec3 n, float seen_size) {
   vec3 l = light_place;
   if (l.z <= 0.0) return 0.0;
@@ -197,12 +218,16 @@ float lit_in_relief(vec3 place, vec3 n, float seen_size) {
   int count = int(clamp(ceil(level / max(texel, seen_size)), 0.0, 256.0));
   // Off the surface by what marching may have missed it by.
   vec3 start = place + n * (0.02 * texel);
+  float lit = 1.0;
   for (int i = 1; i <= count; ++i) {
-    vec3 p = start + l * (way * (float(i) - 0.5) / float(count));
+    float gone = way * (float(i) - 0.5) / float(count);
+    vec3 p = start + l * gone;
     if (any(lessThan(p.xy, vec2(0.0))) || any(greaterThan(p.xy, face_size))) break;
-    if (height(p.xy) > p.z) return 0.0;
+    float width = max(lamp * gone, 1e-3 * texel);
+    lit = min(lit, 0.5 + 0.5 * (p.z - height(p.xy)) / width);
+    if (lit <= 0.0) return 0.0;
   }
-  return 1.0;
+  return lit;
 }
 
 void main() {
@@ -277,7 +302,10 @@ void main() {
   float lit = lit_in_relief(place, n, seen_size);
   if (lit > 0.0) lit *= lit_by_key(position, world_from_face * n);
   float cut = smoothstep(0.25, 0.75, -place.z / deepest);
-  put(position, world_from_face * n, mix(reflectance, deep_reflectance, cut), lit);
+  // The bodies' columns know the face, not what is cut into it.
+  vec3 level = (world_from_box * vec4(place.xy, 0.0, 1.0)).xyz;
+  put(position, world_from_face * n, mix(reflectance, deep_reflectance, cut), roughness, lit,
+      open_to_all(level, world_from_face[2]), vec3(0.0));
   vec4 clip = clip_from_world * vec4(position, 1.0);
   gl_FragDepth = clamp(0.5 + 0.5 * clip.z / clip.w, 0.0, 1.0);
 }

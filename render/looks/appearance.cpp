@@ -16,7 +16,8 @@ extern const std::string_view appearances_yaml;
 
 namespace {
 
-constexpr std::array grains = {Grain::none, Grain::wood, Grain::speckled, Grain::veined};
+constexpr std::array grains = {Grain::none, Grain::wood, Grain::speckled, Grain::veined,
+                               Grain::brushed};
 
 using Looks = std::map<std::string, Appearance, std::less<>>;
 
@@ -86,6 +87,8 @@ const char* name_of(Grain grain) {
       return "speckled";
     case Grain::veined:
       return "veined";
+    case Grain::brushed:
+      return "brushed";
   }
   return "";
 }
@@ -93,12 +96,12 @@ const char* name_of(Grain grain) {
 void check(const Appearance& appearance) {
   for (const double value :
        {appearance.color[0], appearance.color[1], appearance.color[2], appearance.roughness,
-        appearance.metallic, appearance.transmission, appearance.grain_contrast}) {
+        appearance.metallic, appearance.transmission, appearance.coat, appearance.grain_contrast}) {
     if (!(value >= 0 && value <= 1)) {
-      throw core::InputError(
-          fmt::format("appearance: color, roughness, metallic, transmission and grain_contrast lie "
-                      "between 0 and 1, not {}",
-                      value));
+      throw core::InputError(fmt::format(
+          "appearance: color, roughness, metallic, transmission, coat and grain_contrast "
+          "lie between 0 and 1, not {}",
+          value));
     }
   }
 }
@@ -109,6 +112,7 @@ Appearance read_appearance(core::ConfigNode node, const Appearance& fallback) {
   appearance.roughness = fraction(node, "roughness", fallback.roughness);
   appearance.metallic = fraction(node, "metallic", fallback.metallic);
   appearance.transmission = fraction(node, "transmission", fallback.transmission);
+  appearance.coat = fraction(node, "coat", fallback.coat);
   std::vector<std::string> names;
   for (const Grain grain : grains) names.emplace_back(name_of(grain));
   const std::string chosen = node.choice("grain", names, name_of(fallback.grain));
@@ -125,6 +129,7 @@ nlohmann::json to_json(const Appearance& appearance) {
           {"roughness", appearance.roughness},
           {"metallic", appearance.metallic},
           {"transmission", appearance.transmission},
+          {"coat", appearance.coat},
           {"grain", name_of(appearance.grain)},
           {"grain_contrast", appearance.grain_contrast}};
 }

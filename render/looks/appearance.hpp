@@ -15,7 +15,9 @@ enum class Grain {
   none,
   wood,      ///< growth rings about a pith along the body's longest axis, and fibres along it
   speckled,  ///< light and dark grains, as granite's
-  veined     ///< dark veins, as marble's
+  veined,    ///< dark veins, as marble's
+  brushed    ///< lines along the body's longest axis that are smoother or rougher, as of brushed
+             ///< metal
 };
 const char* name_of(Grain grain);
 
@@ -25,6 +27,7 @@ struct Appearance {
   double roughness = 0.4;         ///< 0 mirror, 1 matt
   double metallic = 0;      ///< 1: a conductor, which mirrors in its colour and scatters nothing
   double transmission = 0;  ///< fraction let through, tinted by the colour, that others scatter
+  double coat = 0;          ///< how much of a layer of clear glaze or varnish is on it, 0 to 1
   Grain grain = Grain::none;
   double grain_contrast = 0.5;     ///< 0: none to be seen, 1: strong
   std::uint64_t piece = 0;         ///< which piece of the material: seed of where its grain lies
@@ -47,8 +50,8 @@ void check(const Appearance& appearance);
 /// a neutral grey. The rows of share/carillon/appearances.yaml, which is within the library.
 Appearance appearance_of(const std::string& material, const std::string& group = "");
 
-/// Keys `base_colour`, `roughness`, `metallic`, `transmission`, `grain`, `grain_contrast`; those
-/// that are not there are as in `fallback`.
+/// Keys `base_colour`, `roughness`, `metallic`, `transmission`, `coat`, `grain`, `grain_contrast`;
+/// those that are not there are as in `fallback`.
 /// @throws ConfigError  unknown key, or a number beyond 0 to 1
 Appearance read_appearance(core::ConfigNode node, const Appearance& fallback);
 

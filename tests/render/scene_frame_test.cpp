@@ -133,16 +133,22 @@ TEST(SceneFrame, ShadowOfABallLiesWhereTheLightPutsIt) {
                   .up = Vec3::UnitY(),
                   .field_of_view = 0.35};
   scene.light = {-1, -0.5, 1.2};
+  scene.light_radius = 0.01;
   const SceneFrame with = draw(scene, {{{.origin = {0, 0, 0.15}}}});
   const SceneFrame without = draw(scene, {{{.origin = {0, 0, -9}}}});
   const Pinhole pinhole(scene.camera);
+  // Half of the lamp is seen at the edge of the shadow that its middle casts.
+  const Eigen::Vector2d core = pinhole.pixel({0.125, 0.0625, 0});
+  const int darkest = brightness(without, int(core.x()), int(core.y())) -
+                      brightness(with, int(core.x()), int(core.y()));
+  ASSERT_GT(darkest, 100);
   Eigen::Vector2d middle(0, 0);
   double area = 0;
   for (int row = 0; row < 300; ++row) {
     for (int column = 0; column < 300; ++column) {
       if (with.mask[at(with, column, row)] != 0) continue;
       const int dark = brightness(without, column, row) - brightness(with, column, row);
-      if (dark < 60) continue;
+      if (2 * dark < darkest) continue;
       middle += pinhole.place(column, row, 2).head<2>();
       area += 1;
     }
@@ -189,6 +195,7 @@ TEST(SceneFrame, SmallBodiesOnAWideFloorHaveShadows) {
   EXPECT_NEAR(at_place(near, 0.028, 0), at_place(none, 0.028, 0), 5);
   EXPECT_NEAR(at_place(near, -0.02, 0), at_place(none, -0.02, 0), 5);
   // One that hangs far outside of the picture, on the light's way to its middle.
+  scene.light_radius = 0.001;  // a wider lamp is not hidden from there
   const SceneFrame above = draw(scene, {{}, {.origin = {-1.5, 0, 1.5}}});
   EXPECT_GT(at_place(none, 0, 0) - at_place(above, 0, 0), 80);
 }

@@ -29,15 +29,19 @@ std::size_t part_index(const configuration::BuildConfig& config, const std::stri
   return static_cast<std::size_t>(std::find(names.begin(), names.end(), part) - names.begin());
 }
 
-render::Scene picture_of(const SimulationStage& stage, const scene::motion::MotionConfig& motion) {
+render::Scene picture_of(const SimulationStage& stage, const configuration::BuildConfig& config) {
+  const scene::motion::MotionConfig& motion = *config.motion;
   render::Scene scene;
   scene.camera = motion.camera->view;
   if (motion.ground) {
     render::SceneGround ground;
     ground.reach = motion.ground->side / 2;
+    ground.appearance = synth::material::appearance_of(
+        synth::material::parse_material(motion.ground->material, config.own_materials));
     if (motion.ground->texture) {
       ground.map = stage.moving.front().texture->map;
       ground.appearance = look_of(*motion.ground->texture).value_or(ground.appearance);
+      ground.appearance.grain = render::looks::Grain::none;
       ground.deep_color = deep_color;
     }
     scene.ground = ground;

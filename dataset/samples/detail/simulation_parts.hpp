@@ -14,6 +14,6 @@ std::string split_of_simulation(const configuration::BuildConfig& config,
 std::size_t part_index(const configuration::BuildConfig& config, const std::string& part);
 
 /// What a simulation looks like: its bodies in the order of the stage, but for the ground.
-render::Scene picture_of(const SimulationStage& stage, const scene::motion::MotionConfig& motion);
+render::Scene picture_of(const SimulationStage& stage, const configuration::BuildConfig& config);
 
 }  // namespace carillon::dataset::samples
