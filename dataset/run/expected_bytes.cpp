@@ -54,7 +54,9 @@ NarrowColumns narrow_columns(const configuration::BuildConfig& config) {
   const auto is_there = [&](std::string_view when) {
     if (when == "always") return true;
     if (when == "struck") return !config.motion;
-    if (when == "struck:click") return !config.motion && config.scene.runs("click");
+    if (constexpr std::string_view struck = "struck:"; when.starts_with(struck)) {
+      return !config.motion && config.scene.runs(when.substr(struck.size()));
+    }
     return std::any_of(config.scene.effects.begin(), config.scene.effects.end(),
                        [&](const scene::EffectDecision& effect) {
                          return effect.enabled && is_among(effect.effect->name, when);

@@ -158,7 +158,7 @@ class SceneColumns(MovingTest):
     def test_the_trace_has_what_the_plan_says_and_nothing_else(self):
         plan = run_json("plan", self.config)
         on = {e["name"] for e in plan["effects"] if e["enabled"]}
-        self.assertEqual(on, {"damping", "radiation", "click", "room", "tail", "recording", "noise",
+        self.assertEqual(on, {"damping", "supports", "radiation", "click", "room", "tail", "recording", "noise",
                               "motion", "lasting_contacts", "contact_damping", "touch", "movie",
                               "mel"})
         trace = json.loads((self.whole / "trace.json").read_text())
