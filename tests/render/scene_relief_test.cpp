@@ -372,8 +372,6 @@ TEST(SceneRelief, NormalMapsShadeLikeTheSlopesThatTheyMean) {
   const Eigen::Quaterniond tilt =
       Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), maps::normal_of({0.3, -0.2}));
   const SceneFrame tilted = draw(scene, {{tilt, tilt * Vec3(-0.04, -0.04, 0)}});
-  fprintf(stderr, "XX %d %d %d\n", brightness(mapped, 10, 10), brightness(flat, 10, 10),
-          brightness(tilted, 10, 10));
   ASSERT_EQ(mapped.mask[210], 1);
   EXPECT_NEAR(brightness(mapped, 10, 10), brightness(tilted, 10, 10), 3);
   EXPECT_GT(std::abs(brightness(mapped, 10, 10) - brightness(flat, 10, 10)), 10);
