@@ -56,6 +56,11 @@ PlayedObjects of_configuration(const PlayedWhat& what, const std::vector<std::st
 
   PlayedObjects played;
   played.scene = build.config.scene;
+  if (build.config.motion) {  // which strikes its objects itself
+    played.scene.strikes = scene::read_strike_scene("{}", "play", {}, played.scene.materials,
+                                                    played.scene.materials_place)
+                               .strikes;
+  }
   const core::TemporaryFolder folder;
   const dataset::samples::BuildFolders folders{folder.path(), context.cache};
   const live::LiveStage stage(played.scene, live::contacts_of(build.config.resolved), what.seed,

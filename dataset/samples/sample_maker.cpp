@@ -128,7 +128,7 @@ SampleResult SampleMaker::make(const plan::Sample& sample, core::Columns* record
   if (clock.passed()) clock.refuse();
   result.frame = synth::modal::frame_at(variant.modes.surface, sound.strike.point);
   result.complete_to_hz = variant.modes.certificate.complete_to_hz;
-  for (const double cents : variant.modes.pitch_errors) {
+  for (const double cents : variant.object.modes->pitch_errors) {
     result.pitch_error = std::max(result.pitch_error, cents);
   }
   result.peak = core::peak(sound.audio);

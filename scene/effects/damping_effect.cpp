@@ -52,7 +52,10 @@ void set_decay_rates(RingingObject& object, Negative choice, Negatives& negative
 void treat_negatives(Sound& sound, Negative choice, const Negatives& negatives) {
   const auto found = negatives.objects.find(sound.object->id);
   const bool any = found != negatives.objects.end();
-  if (any && choice == Negative::drop) synth::modal::leave_out(sound.rings, found->second.modes);
+  // On springs these are parts of other modes, which they leave undamped as clamping does.
+  if (any && choice == Negative::drop && !sound.object->held) {
+    synth::modal::leave_out(sound.rings, found->second.modes);
+  }
   if (sound.record == nullptr) return;
   constexpr double none = std::numeric_limits<double>::quiet_NaN();
   sound.record->add("negative_damping_modes",

@@ -13,12 +13,12 @@
 namespace carillon::scene::live {
 
 /// What may hold an object while it sounds. Its dashpot c and its spring k add c u / 2 to a mode's
-/// decay rate and k u to its eigenvalue, with u the diagonal of synth::support::unit_dashpots():
+/// decay rate and k u to its eigenvalue, with u the diagonal of synth::support::contact_factor():
 /// the first order in what the support adds (Rayleigh's quotient), modes stay uncoupled.
 struct LiveSupport {
   std::string name;
   Eigen::VectorXd unit;  ///< u of each mode [1/kg]
-  double damping = 0;    ///< c [N s/m]
+  double damping = 0;    ///< c [N s/m]; of a bed alone 1: as often as it is there
   double stiffness = 0;  ///< k [N/m]
   bool on = true;
 };

@@ -48,7 +48,8 @@ std::vector<LiveEffect> live_effects(const Scene& scene) {
     if (name == "damping") return {true, "decay rates of each object"};
     if (name == "radiation") return {true, "pressure at the listeners"};
     if (name == "contact") return {true, "each strike's own contact time"};
-    if (name == "supports") return {true, "modes stay uncoupled; each can be put on and off"};
+    if (name == "supports")
+      return {true, "modes stay uncoupled; springs stay, dashpots can be put on and off"};
     if (name == "striker") return {false, "strikes give impulse and contact time themselves"};
     if (std::string_view(effect.stage) == "motion") return {false, "objects stay where they are"};
     return {false, "it works on whole clips"};
@@ -74,13 +75,15 @@ LiveStage::LiveStage(const Scene& scene, const std::string& supports, std::uint6
   if (!scene.runs("supports") || supports.empty()) return;
   for (YAML::Node contact : YAML::Load(supports)) {
     contact["probability"] = 1;
+    // Springs are in the modes that the whole scene leaves; dashpots come and go.
+    contact["stiffness"] = contact["bed_stiffness"] = 0;
     YAML::Node alone;
     alone["supports"]["coupling"] = "diagonal";
     alone["supports"]["contacts"].push_back(contact);
     alone["strikes"]["impulse"] = default_impulse;
     alone["strikes"]["contact_time"] = default_contact_time;
     holds_.push_back({contact["kind"] ? contact["kind"].as<std::string>() : "support",
-                      contact["coefficient"].as<double>(),
+                      contact["coefficient"].as<double>(), contact["resistance"].as<double>(),
                       read_strike_scene(text_of(alone), "supports", {}, scene.materials,
                                         scene.materials_place)});
   }
@@ -94,6 +97,7 @@ LiveObject LiveStage::make(const std::string& name, const std::string& shape,
   live.name = name;
   live.modes = std::move(modes);
   const Drawn drawn(scene_, cache_, shape, *live.modes, materials, seed_);
+  if (drawn.object.held) live.modes = drawn.object.held;
   live.decay_rates = drawn.object.decay_rates;
   live.place = drawn.sound.strike.point;
   live.readout = drawn.object.pressure.delays.empty()
@@ -107,10 +111,11 @@ LiveObject LiveStage::make(const std::string& name, const std::string& shape,
     LiveSupport support;
     support.name = holds_[i].kind;
     for (const double force : record.last_row()["support_force"].get<std::vector<double>>()) {
-      support.damping += holds_[i].coefficient * force;
+      support.damping += holds_[i].coefficient * force + holds_[i].resistance;
     }
+    if (support.damping == 0) support.damping = 1;
     support.unit = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(live.modes->size()));
-    for (std::size_t m = 0; m < live.modes->size() && support.damping > 0; ++m) {
+    for (std::size_t m = 0; m < live.modes->size(); ++m) {
       support.unit[static_cast<Eigen::Index>(m)] =
           2 * (held.sound.rings.decay_rates[m] - held.object.decay_rates[m]) / support.damping;
     }

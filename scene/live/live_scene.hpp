@@ -46,6 +46,7 @@ class LiveStage {
   struct Hold {
     std::string kind;
     double coefficient;  ///< [s/m]
+    double resistance;   ///< of each place [N s/m]
     Scene scene;
   };
   const Scene& scene_;

@@ -132,6 +132,13 @@ class Play(FolderTest):
         self.equal(damped[:RATE // 2], free[:RATE // 2])
         self.assertLess(abs(damped[-RATE // 4:]).max(), 1e-4 * abs(free).max())
 
+    def test_objects_on_springs(self):
+        feet = ("--set", "supports.contacts=[{kind: rubber, at: [-0.03, 0, -0.02, 0.03, 0, -0.02]}, {kind: soil, lowest: true}]")
+        held = self.strike("bell", *feet, seconds=0.5)
+        sound, _, errors = self.play("bell", *FEW, *feet, "--seconds", 0.5, "--pace", "none", events="0 strike bell\n")
+        self.assertRegex(errors, "heard live: .*supports")
+        self.equal(sound, held)
+
     def test_lines_that_are_wrong_are_told_by_number(self):
         sound, told, errors = self.play("bell", *FEW, "--seconds", 0.2, "--pace", "none", check=3, events=(
             "0 strike bell\n\n# a word\nrubbish\n0.1 strike bel\n0.1 support bell 3 on\n0.1 strike 7\n"
